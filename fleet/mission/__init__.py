@@ -1,0 +1,1 @@
+"""What the fleet is to do: mission files, their validation, the ready missions."""
