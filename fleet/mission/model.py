@@ -15,7 +15,7 @@ from fleet.guidance.limits import Limits
 Positive = Annotated[float, Meta(gt=0.0)]
 NotNegative = Annotated[float, Meta(ge=0.0)]
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
-Name = Annotated[str, Meta(pattern=r"^[a-z0-9-]{1,32}$")]
+Name = Annotated[str, Meta(pattern=r"^[a-z0-9-]{1,32}\Z")]
 
 
 class Geographic(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -74,7 +74,7 @@ PathSpec = Straight | Arc | Polyline | Sine | Through
 
 
 class Start(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where a simulated boat lies at first. Either `position` and `heading_deg`, or `s_m` (and `offset_m`) on its path."""
+    """Where a simulated boat lies at first: `position` and `heading_deg`, or `s_m` (and `offset_m`) on its path."""
 
     position: Place | None = None
     heading_deg: float | None = None
@@ -105,7 +105,7 @@ class Formation(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 class KeepingClear(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """How boats of the fleet keep clear of each other."""
 
-    method: Annotated[str, Meta(pattern=r"^[a-z0-9-]{1,32}$")] = "scoring"
+    method: Name = "scoring"
     radius_m: Positive = 6.0  # safety radius R, between centres
     side: Literal["closest", "starboard"] = "closest"  # rule of the circle method
 

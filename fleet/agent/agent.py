@@ -1,0 +1,449 @@
+"""One boat's agent: everything around `step`, a tick at a time. Time, bus, driver and disk are handed in.
+
+The same class runs in a boat's process (`loop`), and in a lock-step simulation; whatever it decides by itself enters
+`step` as numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from fleet import __version__
+from fleet.agent import course as courses
+from fleet.agent.course import Course, Track
+from fleet.agent.modes import Goal, Mode, Reason
+from fleet.agent.orders import Orders, Sailing
+from fleet.agent.picture import Other, Picture
+from fleet.agent.report import Reporter
+from fleet.agent.resume import Resumption
+from fleet.agent.serve import Desk
+from fleet.agent.step import Decision, Nav, Order, State, StepParams, start, step
+from fleet.agent.store import Store
+from fleet.agent.troubles import Circumstances, Troubles
+from fleet.avoidance import METHODS, Method
+from fleet.avoidance.types import Peer
+from fleet.coordination import Member
+from fleet.drivers.seam import Driver, Reading
+from fleet.geo import Datum, Plane, plane_of
+from fleet.guidance import FollowParams, Limits, StationParams
+from fleet.mission.model import KeepingClear
+from fleet.recording.seam import Recording
+from fleet.wire.bus import Bus
+from fleet.wire.messages import BoatState
+
+NAVIGATION_STALE_S = 1.0
+STATES_A_TICK = 256  # of one sender
+SAVE_S = 1.0
+STUCK_S = 10.0
+OUT_OF_REACH_S = 60.0
+LONGEST_TICK_S = 1.0
+
+ZERO_DECISION: Decision[float] = Decision(
+    0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0
+)
+
+
+class Agent:
+    """A boat that decides."""
+
+    def __init__(
+        self,
+        boat: str,
+        bus: Bus,
+        driver: Driver,
+        store: Store,
+        recording: Recording,
+        now_ns: int,
+        *,
+        boot_id: str,
+        control_hz: float = 10.0,
+        clock_ns: int = 50_000_000,
+    ) -> None:
+        self.boat, self.bus, self.driver, self.store = boat, bus, driver, store
+        self.period_s = 1.0 / control_hz
+        self.clock_ns = clock_ns
+        self.orders = Orders(boat, simulated=driver.simulated, version=__version__)
+        self.orders.forget = self._forget
+        self.orders.resume_at = self._resume_at
+        self.plane: Plane | None = None
+        self.picture = Picture(boat, self._to_local, control_hz)
+        self.picture.own_clock_ns = clock_ns
+        self.troubles = Troubles()
+        self.track = Track()
+        self.desk = Desk(self)
+        self.reporter = Reporter(self, recording, epoch=now_ns)
+        self.resumption = Resumption(self, boot_id)
+        self.course: Course = courses.at_point(0.0, 0.0)
+        self.state: State[float, object] = start(0.0, 0.0, None)
+        self.decision = ZERO_DECISION
+        self.nav: Nav[float] = Nav(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        self.reading = Reading(stamp_ns=0)
+        self.reasons = Reason(0)
+        self.peers: list[Peer[float]] = []
+        self.ready = False
+        self.name_taken = False
+        self._numbers: list[float] = []
+        self._sailing: Sailing | None = None
+        self._goal_revision = -1
+        self._last_ns = 0
+        self._saved_ns = 0
+        self._saved_stops: tuple[str, ...] = ()
+        self._stuck_s = self._late_s = 0.0
+        self._driver_trouble = ""
+        self._set_params(None)
+
+    # -- set-up ----------------------------------------------------------------------------------------------------
+    def _set_params(self, sailing: Sailing | None) -> None:
+        """Tuning for a mission, or for waiting."""
+        clear = sailing.plan.mission.keeping_clear if sailing is not None else KeepingClear()
+        limits = sailing.plan.boats[sailing.number].limits if sailing is not None else Limits()
+        self.method: Method = METHODS[clear.method]
+        self.params = StepParams(
+            follow=FollowParams(),
+            station=StationParams(),
+            limits=limits,
+            keep=self.method.params(clear.radius_m, clear.side),
+        )
+        self.radius_m = clear.radius_m
+        self.picture.half_radius_m = clear.radius_m / 2.0
+        self._numbers = []
+        keep = self.method.start(0.0, 0)
+        s = self.state.s
+        self.state = start(0.0, s, keep)
+
+    def _to_local(self, lat_deg: float, lon_deg: float) -> tuple[float, float]:
+        if self.plane is None:
+            self.plane = plane_of(Datum(lat_deg, lon_deg))
+        return self.plane.to_local(lat_deg, lon_deg)
+
+    def _forget(self, names: tuple[str, ...]) -> list[str]:
+        return self.picture.forget(names)
+
+    @property
+    def now_ns(self) -> int:
+        """The time of this tick."""
+        return self._last_ns
+
+    @property
+    def offset_m(self) -> float:
+        """Offset of the own slot, + ahead [m]."""
+        sailing = self.orders.sailing
+        return sailing.plan.boats[sailing.number].slot * sailing.formation.spacing_m if sailing is not None else 0.0
+
+    # -- a tick ----------------------------------------------------------------------------------------------------
+    def tick(self, now_ns: int) -> None:
+        """Read, decide, write, publish, record."""
+        dt = (now_ns - self._last_ns) * 1e-9 if self._last_ns else self.period_s
+        dt = min(max(dt, 0.001), LONGEST_TICK_S)
+        self._last_ns = now_ns
+        self._navigate(now_ns)
+        self._listen(now_ns)
+        self.resumption.consider(now_ns)
+        self.orders.switch(now_ns)
+        goal, why = self._goal(now_ns)
+        self._change_course(now_ns)
+        self._decide(goal, now_ns, dt)
+        self.reasons = why | self._own_reasons(now_ns, dt)
+        self._drive()
+        self.reporter.report(now_ns, goal, dt)
+        self._keep(now_ns)
+
+    def _navigate(self, now_ns: int) -> None:
+        """What the driver knows, dead-reckoned to now."""
+        reading = self.reading = self.driver.read()
+        age_s = (now_ns - reading.stamp_ns) * 1e-9
+        numbers = reading.lat_deg + reading.lon_deg + reading.heading_rad + reading.v_north_mps + reading.v_east_mps
+        known = (
+            reading.stamp_ns > 0
+            and math.isfinite(numbers)
+            and not (reading.lat_deg == 0.0 and reading.lon_deg == 0.0)
+            and abs(reading.lat_deg) <= 90.0
+        )
+        if not known or not -0.5 < age_s < NAVIGATION_STALE_S:
+            self.nav = Nav(0.0, self.nav.x, self.nav.y, self.nav.psi, 0.0, 0.0, 0.0, self.nav.sigma)
+            return
+        x, y = self._to_local(reading.lat_deg, reading.lon_deg)
+        age_s = max(age_s, 0.0)
+        self.nav = Nav(
+            1.0,
+            x + reading.v_north_mps * age_s,
+            y + reading.v_east_mps * age_s,
+            reading.heading_rad,
+            reading.v_north_mps,
+            reading.v_east_mps,
+            reading.yaw_rate_radps if math.isfinite(reading.yaw_rate_radps) else 0.0,
+            reading.position_error_m,
+        )
+        if self.decision.powered:
+            self.track.add(x, y)
+
+    def _listen(self, now_ns: int) -> None:
+        """Take in what the others said, and answer what was asked."""
+        self.ready = self.bus.open()
+        for name in self.bus.alive():
+            self.bus.watch(name)
+        for message in self.bus.poll_states(STATES_A_TICK):
+            state = self.picture.hear(message)
+            if state is not None:
+                self.desk.compare(state, now_ns)
+        self.desk.serve(now_ns)
+
+    def _goal(self, now_ns: int) -> tuple[Goal, Reason]:
+        sailing = self.orders.sailing
+        fence = sailing.plan.fence if sailing is not None else ()
+        seen = Circumstances(
+            now_ns=now_ns,
+            link_up=self.bus.link_up(),
+            operator_there=bool(self.bus.operators()),
+            inside_fence=self.nav.sound < 0.5 or courses.inside(fence, self.nav.x, self.nav.y),
+            battery_percent=self.reading.battery_percent,
+            authority=self.reading.authority,
+            driver_trouble=self.reading.trouble or self._driver_trouble,
+            name_taken=self.name_taken,
+            has_track=len(self.track.points) > 1,
+        )
+        return self.troubles.goal(self.orders, seen)
+
+    def _change_course(self, now_ns: int) -> None:
+        """Take up another mission, or another path, when orders say so."""
+        orders = self.orders
+        sailing = orders.sailing
+        if sailing is not self._sailing:
+            self._sailing = sailing
+            if sailing is not None:
+                self._enter(sailing)
+        if orders.revision_of_goal == self._goal_revision:
+            return
+        if orders.goal == Goal.FOLLOW and sailing is not None and now_ns < sailing.starts_ns:
+            return
+        if self.nav.sound < 0.5 and orders.goal in (Goal.FOLLOW, Goal.RETURN):
+            return  # where it begins is known when the position is
+        self._goal_revision = orders.revision_of_goal
+        self._lay(sailing, now_ns)
+
+    def _enter(self, sailing: Sailing) -> None:
+        """Project to the mission's datum and take its roster and tuning."""
+        plane = sailing.plan.plane
+        if self.plane is not None and self.track.points:
+            self.track = Track([plane.to_local(*self.plane.to_geographic(x, y)) for x, y in self.track.points])
+        if self.plane is not None:
+            x, y = plane.to_local(*self.plane.to_geographic(self.nav.x, self.nav.y))
+            n = self.nav
+            self.nav = Nav(n.sound, x, y, n.psi, n.vx, n.vy, n.r, n.sigma)
+        self.plane = plane
+        self.picture.set_roster((boat.name for boat in sailing.plan.boats), plane.to_local)
+        for boat in sailing.plan.boats:
+            if boat.name != self.boat:
+                self.bus.watch(boat.name)
+        self.bus.watch(self.boat)
+        self.reporter.mission(sailing)
+        self.course = courses.at_point(self.nav.x, self.nav.y)
+        self._set_params(sailing)
+
+    def _lay(self, sailing: Sailing | None, now_ns: int) -> None:
+        """The path that the new goal asks for, and where on it the boat begins."""
+        nav, goal = self.nav, self.orders.goal
+        if goal == Goal.FOLLOW and sailing is not None:
+            before = self.course.kind
+            s = self.resumption.take_abscissa()
+            if s is None and before == "mission":
+                s = courses.start_abscissa(sailing, nav.x, nav.y, None, around=self.state.s)
+            if s is None:
+                s = courses.start_abscissa(sailing, nav.x, nav.y, self._lap_reference(sailing, now_ns))
+            self.course = courses.along_mission(sailing)
+        elif goal == Goal.RETURN:
+            home = sailing.plan.home if sailing is not None else None
+            back = courses.back_along(self.track.points, (nav.x, nav.y), home)
+            if back is None:
+                self.orders.turn_back(Goal.HOLD, "no track to go back along")
+                self._goal_revision = self.orders.revision_of_goal
+                return
+            self.course, s = back, 0.0
+        elif self.course.kind == "mission" and sailing is not None:
+            s = self.state.s
+        else:
+            self.course, s = courses.at_point(nav.x, nav.y), 0.0
+        old = self.state
+        self.state = State(s, old.good, 0.0, old.x_h, old.y_h, 0.0, old.keep)
+        self.reporter.course(self.course, sailing)
+
+    def _lap_reference(self, sailing: Sailing, now_ns: int) -> tuple[float, float] | None:
+        """(abscissa, offset) of the lowest slot present: of those that sail already, else of those that are there."""
+        sailing_ones: list[tuple[float, float, float]] = []
+        waiting: list[tuple[float, float, float]] = []
+        spacing = sailing.formation.spacing_m
+        for boat in sailing.plan.boats:
+            other = self.picture.others.get(boat.name)
+            if other is None or other.track is None or self.picture.silent(other, now_ns, False):
+                continue
+            track = other.track
+            offset = boat.slot * spacing
+            if track.state.mission_id == sailing.order.mission_id and track.state.mode in (Mode.FOLLOW, Mode.AVOID):
+                sailing_ones.append((offset, self.picture.abscissa(other, track, now_ns), offset))
+            else:
+                waiting.append((offset, boat.path.project(track.x, track.y), offset))
+        me = sailing.plan.boats[sailing.number]
+        if not sailing_ones:
+            waiting.append((me.slot * spacing, me.path.project(self.nav.x, self.nav.y), me.slot * spacing))
+        _, s, offset = min(sailing_ones or waiting)
+        return s, offset
+
+    # -- deciding --------------------------------------------------------------------------------------------------
+    def _decide(self, goal: Goal, now_ns: int, dt: float) -> None:
+        link_up = self.bus.link_up()
+        alive = self.bus.alive()
+        self._gone: Callable[[str], bool] = lambda name: link_up and name not in alive
+        nav = self.nav
+        self.peers = self.picture.peers(now_ns, self._gone, (nav.x, nav.y), self._along)
+        members = self._members(now_ns, dt)
+        numbers = [peer.number for peer in self.peers]
+        state = self.state
+        if numbers != self._numbers:
+            keep = self.method.align(state.keep, self._numbers, numbers)
+            state = State(state.s, state.good, state.held, state.x_h, state.y_h, state.ended, keep)
+            self._numbers = numbers
+        order = self._order(goal)
+        path = self.course.path
+        self.state, self.decision = step(state, nav, members, self.peers, order, path, self.method, self.params, dt)
+        self.reporter.tick(now_ns, dt, state, nav, members, self.peers, order, self.decision)
+
+    def _order(self, goal: Goal) -> Order[float]:
+        sailing, limits = self.orders.sailing, self.params.limits
+        if sailing is None:
+            return Order(float(goal), 0.0, 0.0, limits.speed_min_mps, limits.speed_max_mps, 0.3, courses.ENDLESS)
+        formation, boat = sailing.formation, sailing.plan.boats[sailing.number]
+        if self.course.kind == "mission":
+            s_end = courses.end_abscissa(sailing.plan, sailing.number, formation.spacing_m)
+        else:
+            s_end = self.course.path.length
+        return Order(
+            goal=float(goal),
+            offset=boat.slot * formation.spacing_m,
+            cruise=formation.cruise_mps,
+            u_min=limits.speed_min_mps,
+            u_max=limits.speed_max_mps,
+            gain=sailing.plan.mission.formation.gain_per_m,
+            s_end=s_end,
+        )
+
+    def _along(self, name: str, s: float) -> tuple[float, float] | None:
+        """Where a boat of our mission is at an abscissa of its path."""
+        sailing = self.orders.sailing
+        number = self.picture.roster.get(name)
+        if sailing is None or number is None:
+            return None
+        point = sailing.plan.boats[number].path.at(s)
+        return point.x, point.y
+
+    def _members(self, now_ns: int, dt: float) -> list[Member[float]]:
+        """The boats of the formation, in the order of the roster."""
+        sailing = self.orders.sailing
+        if sailing is None:
+            return []
+        members: list[Member[float]] = []
+        for boat in sailing.plan.boats:
+            other = self.picture.others.get(boat.name)
+            if other is None or other.track is None:
+                continue
+            weight = self.picture.weigh(other, self._present(other, other.track.state, sailing, now_ns), dt)
+            if weight > 0.0:
+                z = self.picture.abscissa(other, other.track, now_ns) - boat.slot * sailing.formation.spacing_m
+                members.append(Member(weight, z))
+        return members
+
+    def _present(self, other: Other, state: BoatState, sailing: Sailing, now_ns: int) -> bool:
+        """Fresh state, same mission id and formation revision, mode follow or avoid."""
+        return (
+            state.mission_id == sailing.order.mission_id
+            and state.in_force == sailing.formation.revision
+            and state.mode in (Mode.FOLLOW, Mode.AVOID)
+            and state.simulated == self.driver.simulated
+            and other.second is None
+            and not self.picture.silent(other, now_ns, self._gone(other.name))
+        )
+
+    def _own_reasons(self, now_ns: int, dt: float) -> Reason:
+        """What `step`, the picture and the disk have to say."""
+        d, why = self.decision, Reason(0)
+        if d.mode == Mode.FAULT or self.nav.sound < 0.5:
+            why |= Reason.NAVIGATION
+        if d.avoiding > 0.5:
+            why |= Reason.AVOIDING
+        if d.braking > 0.5:
+            why |= Reason.BRAKING
+        following = d.mode in (Mode.FOLLOW, Mode.AVOID)
+        self._stuck_s = self._stuck_s + dt if following and d.avoiding > 0.5 and d.U < 0.1 else 0.0
+        if self._stuck_s > STUCK_S:
+            why |= Reason.BOXED_IN
+        self._late_s = self._late_s + dt if following and abs(d.e) > 5.0 else 0.0
+        if self._late_s > OUT_OF_REACH_S:
+            why |= Reason.SLOT_OUT_OF_REACH
+        if self.state.ended > 0.5:
+            why |= Reason.MISSION_ENDED
+        if self.store.trouble:
+            why |= Reason.STORE
+        if self.reporter.recording.trouble:
+            why |= Reason.NOT_RECORDING
+        if now_ns - self.picture.own_name_heard_ns < 5e9 and self.picture.own_name_heard_ns:
+            why |= Reason.IDENTITY_CLASH
+        return why | self._others_reasons(now_ns)
+
+    def _others_reasons(self, now_ns: int) -> Reason:
+        why = Reason(0)
+        sailing = self.orders.sailing
+        for other in self.picture.others.values():
+            if other.second is not None and self.picture.clashes(other, now_ns):
+                why |= Reason.IDENTITY_CLASH
+            if other.track is None or sailing is None or other.name not in self.picture.roster:
+                continue
+            if self.picture.silent(other, now_ns, self._gone(other.name)):
+                why |= Reason.PEER_SILENT
+            elif other.track.state.mission_id not in ("", sailing.order.mission_id):
+                why |= Reason.PEER_ELSEWHERE
+        return why
+
+    # -- acting ----------------------------------------------------------------------------------------------------
+    def _drive(self) -> None:
+        """The decision to the hardware; somebody else's command is not fought."""
+        if self.reading.authority:
+            self._driver_trouble = ""
+            return
+        if self.decision.powered > 0.5:
+            self._driver_trouble = self.driver.write(self.decision.u_d, self.decision.r_d)
+        else:
+            self.driver.neutral()
+            self._driver_trouble = ""
+
+    def _resume_at(self, text: str) -> str:
+        """Where an operator wants the boat to go on; '' or why it does not."""
+        sailing = self.orders.sailing
+        assert sailing is not None
+        if not courses.inside(sailing.plan.fence, self.nav.x, self.nav.y):
+            return "outside the fence"
+        battery = sailing.plan.mission.battery
+        if self.reading.battery_percent < battery.reserve_percent:
+            return f"battery at {self.reading.battery_percent:.0f} %, reserve is {battery.reserve_percent:.0f} %"
+        return self.resumption.resume_at(text, sailing)
+
+    def _keep(self, now_ns: int) -> None:
+        """Write down what must survive a restart."""
+        orders = self.orders
+        stops = tuple(orders.stops)
+        if stops != self._saved_stops or self.desk.waits_for_disk:
+            self._saved_stops = stops
+            self.store.save_stops(stops, self.desk.written())
+        if orders.changed:
+            orders.changed = False
+            self.store.save_kept(self.resumption.kept())
+        if now_ns - self._saved_ns >= SAVE_S * 1e9 and self.nav.sound > 0.5 and orders.sailing is not None:
+            self._saved_ns = now_ns
+            self.store.save_progress(self.resumption.progress(now_ns))
+
+    def close(self) -> None:
+        """Leave the boat in neutral, tell the others, end."""
+        self.driver.neutral()
+        self.driver.close()
+        self.bus.close()
+        self.store.close()
+        self.reporter.recording.close()

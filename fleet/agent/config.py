@@ -1,0 +1,147 @@
+"""An agent's own configuration: flags over `FLEET_*` over a TOML file."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal, get_type_hints
+
+import msgspec
+from msgspec import Meta, Struct, field
+
+from fleet.agent.clock import ClockSpec
+from fleet.errors import ConfigError
+from fleet.wire.keys import valid_name
+from fleet.wire.zenoh_bus import LinkConfig
+
+
+class DriverConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Which hardware."""
+
+    kind: Literal["simulated"] = "simulated"
+    world: str = "127.0.0.1:7440"  # simulated: where the world process listens
+
+
+class AgentConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Everything that is one boat's."""
+
+    boat: str = ""
+    fleet: str = "demo"
+    link: LinkConfig = field(default_factory=LinkConfig)
+    driver: DriverConfig = field(default_factory=DriverConfig)
+    state_dir: str = ""  # where stops, mission and progress are kept; default: ~/.local/state/fleet/<boat>
+    record: str = ""  # file of the recording; "none": no recording; default: <state_dir>/recordings/<stamp>.mcap
+    mission: str = ""  # a mission file to sail by itself, without an operator
+    control_hz: Annotated[float, Meta(ge=1.0, le=100.0)] = 10.0
+    clock_error_ms: Annotated[float, Meta(ge=0.0)] = 50.0  # how wrong this machine's clock may be; GNSS or NTP: below 100
+    clock: ClockSpec = field(default_factory=ClockSpec)
+    boot_id: str = ""  # default: the kernel's
+    seed: int = 0  # of the simulated radio
+    slots: Annotated[int, Meta(ge=1, le=64)] = 4  # publication times in one period, by roster number
+
+    def folder(self) -> Path:
+        """Where this boat keeps what must survive a restart."""
+        return Path(self.state_dir) if self.state_dir else Path.home() / ".local" / "state" / "fleet" / self.boat
+
+
+ENVIRONMENT: dict[str, str] = {
+    "FLEET_BOAT": "boat",
+    "FLEET_FLEET": "fleet",
+    "FLEET_TOPOLOGY": "link.topology",
+    "FLEET_CONNECT": "link.connect",
+    "FLEET_LISTEN": "link.listen",
+    "FLEET_STATE_DIR": "state_dir",
+    "FLEET_RECORD": "record",
+    "FLEET_MISSION": "mission",
+    "FLEET_DRIVER": "driver.kind",
+    "FLEET_WORLD": "driver.world",
+    "FLEET_CONTROL_HZ": "control_hz",
+    "FLEET_CLOCK_ERROR_MS": "clock_error_ms",
+}
+
+
+def _put(tree: dict[str, Any], dotted: str, value: Any) -> None:
+    *parents, last = dotted.split(".")
+    for parent in parents:
+        tree = tree.setdefault(parent, {})
+    tree[last] = value
+
+
+def _from_text(dotted: str, text: str) -> Any:
+    if dotted in ("link.connect", "link.listen"):
+        return [part for part in text.split(",") if part]
+    kind: Any = get_type_hints(AgentConfig).get(dotted)
+    if kind in (float, int):
+        try:
+            return kind(text)
+        except ValueError:
+            return text
+    return text
+
+
+def read_table(path: Path) -> dict[str, Any]:
+    """A TOML file as a table; ConfigError with file and line."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ConfigError(f"{path}: no such file; expected a configuration in TOML") from None
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read: {error.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: not TOML: {error}") from None
+
+
+def load_config(
+    path: Path | None = None,
+    flags: Mapping[str, Any] | None = None,
+    environment: Mapping[str, str] | None = None,
+) -> AgentConfig:
+    """The agent's configuration; ConfigError names the file, the variable or the flag, and what was expected.
+
+    Args:
+        path: TOML file, if any
+        flags: dotted key -> value; None values are not given
+        environment: `FLEET_*`; the process's own when None
+    """
+    environment = os.environ if environment is None else environment
+    layers: list[tuple[str, dict[str, Any]]] = []
+    if path is not None:
+        layers.append((str(path), read_table(path)))
+    for name, dotted in ENVIRONMENT.items():
+        if environment.get(name):
+            layer: dict[str, Any] = {}
+            _put(layer, dotted, _from_text(dotted, environment[name]))
+            layers.append((f"environment {name}={environment[name]!r}", layer))
+    for dotted, value in (flags or {}).items():
+        if value is not None:
+            layer = {}
+            _put(layer, dotted, value)
+            layers.append((f"flag --{dotted.split('.')[-1].replace('_', '-')} {value!r}", layer))
+    tree: dict[str, Any] = {}
+    for origin, layer in layers:
+        merged = _merge(tree, layer)
+        try:
+            msgspec.convert(merged, AgentConfig)
+        except msgspec.ValidationError as error:
+            raise ConfigError(f"{origin}: {_words(error)}") from None
+        tree = merged
+    config = msgspec.convert(tree, AgentConfig)
+    if not config.boat:
+        raise ConfigError("boat: no name given; expected --boat NAME, FLEET_BOAT or `boat = ` in the configuration")
+    valid_name("boat", config.boat)
+    valid_name("fleet", config.fleet)
+    return config
+
+
+def _words(error: msgspec.ValidationError) -> str:
+    return str(error).replace("`$.", "`").replace("- at", "at")
+
+
+def _merge(a: dict[str, Any], b: dict[str, Any]) -> dict[str, Any]:
+    result = dict(a)
+    for key, value in b.items():
+        old = result.get(key)
+        result[key] = _merge(old, value) if isinstance(old, dict) and isinstance(value, dict) else value
+    return result

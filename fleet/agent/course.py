@@ -1,0 +1,118 @@
+"""Which path the boat is on: its mission's, back along its own track, or none; and where on it it begins."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from msgspec import Struct
+
+from fleet.agent.orders import Sailing
+from fleet.mission.plan import Plan
+from fleet.paths import Path, PathError, straight, through
+
+ENDLESS = 1.0e18
+TRACK_STEP_M = 10.0
+LARGEST_TRACK = 400
+WINDOW_M = 50.0  # a boat that resumes is looked for this far around where its virtual target was
+
+Point = tuple[float, float]
+
+
+class Course(Struct, frozen=True):
+    """A path and where it ends."""
+
+    kind: str  # "mission", "track" or "point"
+    path: Path
+    points: tuple[Point, ...] = ()  # of a track or a point, so that a replay can build it again
+
+
+def at_point(x: float, y: float) -> Course:
+    """No path: somewhere to be while there is no mission."""
+    return Course("point", straight((x, y), (x + 100.0, y)), ((x, y),))
+
+
+def along_mission(sailing: Sailing) -> Course:
+    """The boat's path in its mission."""
+    return Course("mission", sailing.plan.boats[sailing.number].path)
+
+
+def back_along(track: Sequence[Point], here: Point, home: Point | None) -> Course | None:
+    """The travelled track backwards from here, then home; None when there is nowhere to go."""
+    points: list[Point] = [here]
+    for point in (*reversed(track), *([home] if home is not None else [])):
+        if math.dist(point, points[-1]) >= TRACK_STEP_M * 0.5:
+            points.append(point)
+    if len(points) < 2:
+        return None
+    return of_track(tuple(points))
+
+
+def of_track(points: tuple[Point, ...]) -> Course | None:
+    """A smooth path through the points of a track."""
+    try:
+        path = straight(points[0], points[1]) if len(points) == 2 else through(points)
+    except PathError:
+        return None
+    return Course("track", path, points)
+
+
+class Track:
+    """Where the boat has been, thinned: a point every 10 m, loops cut off when it comes by again."""
+
+    def __init__(self, points: Sequence[Point] = ()) -> None:
+        self.points: list[Point] = list(points)
+
+    def add(self, x: float, y: float) -> None:
+        """The boat is here now."""
+        points = self.points
+        if points and math.dist(points[-1], (x, y)) < TRACK_STEP_M:
+            return
+        points.append((x, y))
+        if len(points) > LARGEST_TRACK:
+            del points[1:-1:2]
+
+
+def start_abscissa(
+    sailing: Sailing, x: float, y: float, reference: tuple[float, float] | None, around: float | None = None
+) -> float:
+    """Abscissa at which a boat at (x, y) begins or goes on.
+
+    Args:
+        sailing: the mission
+        x, y: position [m]
+        reference: (abscissa, offset) of the lowest slot present, which tells the lap on a closed path; None: lap 0
+        around: where its virtual target was; only the neighbourhood is searched
+    """
+    boat = sailing.plan.boats[sailing.number]
+    path = boat.path
+    if around is not None:
+        return path.project(x, y, around - WINDOW_M, around + WINDOW_M)
+    raw = path.project(x, y)
+    if not path.closed or reference is None:
+        return raw
+    s_ref, o_ref = reference
+    offset = boat.slot * sailing.formation.spacing_m
+    return raw + path.length * math.floor((s_ref + offset - o_ref - raw) / path.length + 0.5)
+
+
+def end_abscissa(plan: Plan, number: int, spacing_m: float) -> float:
+    """Where the mission ends for a boat: in its slot, when the foremost slot is at the end of its path."""
+    boat = plan.boats[number]
+    if boat.path.closed:
+        return ENDLESS
+    foremost = max(other.slot * spacing_m for other in plan.boats)
+    return boat.path.length - (foremost - boat.slot * spacing_m)
+
+
+def inside(polygon: Sequence[Point], x: float, y: float) -> bool:
+    """Whether a point lies in a simple polygon (even-odd rule); an empty polygon holds everything."""
+    if not polygon:
+        return True
+    result = False
+    x0, y0 = polygon[-1]
+    for x1, y1 in polygon:
+        if (y0 > y) != (y1 > y) and x < (x1 - x0) * (y - y0) / (y1 - y0) + x0:
+            result = not result
+        x0, y0 = x1, y1
+    return result

@@ -1,0 +1,356 @@
+"""What the boat is told: missions, formations with their revisions, control, stops. No clock, no wire of its own.
+
+A formation revision is (counter, operator) within one mission id; the larger one wins wherever two meet. Operators'
+words are kept as they were written, so that any boat that holds them can hand them on unaltered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from msgspec import Struct
+
+from fleet.agent.modes import Goal, Reason
+from fleet.errors import FleetError
+from fleet.mission.check import check
+from fleet.mission.formation import check_formation
+from fleet.mission.load import decode
+from fleet.mission.plan import Plan, build
+from fleet.wire.codec import LARGEST_JUMP, Refused, decode_formation, decode_mission_order, encode
+from fleet.wire.messages import MAJOR, Ack, Command, FormationOrder, MissionOrder, Revision, Signed
+
+FREE_KINDS = ("hold", "abort", "stop-now", "take")
+"""What any permitted operator may say, in control or not."""
+REMEMBERED = 256
+
+
+class Sailing(Struct):
+    """A mission that this boat holds."""
+
+    order: MissionOrder
+    words: Signed
+    plan: Plan
+    number: int  # of this boat in the roster
+    starts_ns: int  # when it begins to follow
+    formation: FormationOrder  # in force
+    formation_words: Signed | None = None  # None: revision 0, which the mission's words carry
+    pending: FormationOrder | None = None
+    pending_words: Signed | None = None
+    pending_ns: int = 0
+    switched_ns: int = 0
+
+    @property
+    def held(self) -> Revision:
+        """Newest formation that this boat holds."""
+        return self.pending.revision if self.pending is not None else self.formation.revision
+
+
+class Ruling(Struct, frozen=True):
+    """What came of a command."""
+
+    ok: bool
+    reason: str = ""
+    old: str = ""
+    new: str = ""
+    safety: bool = False
+
+
+class Orders:
+    """Everything that operators have told this boat."""
+
+    def __init__(self, boat: str, *, simulated: bool, version: str) -> None:
+        self.boat, self.simulated, self.version = boat, simulated, version
+        self.sailing: Sailing | None = None
+        self.goal = Goal.STANDBY
+        self.why = Reason(0)
+        self.control = Revision()
+        self.stops: dict[str, None] = {}
+        self.known_missions: dict[str, None] = {}  # held before: never taken again from a neighbour
+        self.revision_of_goal = 0  # one more whenever the goal was set anew
+        self.notes: list[tuple[str, str, float]] = []  # (kind, text, value) to be published as events
+        self.changed = True  # something that must survive a restart
+        self.forget: Callable[[tuple[str, ...]], list[str]] = lambda names: []
+        self.resume_at: Callable[[str], str] = lambda text: ""
+        self._answered: dict[str, Ack] = {}
+        self._rulings: Mapping[str, Callable[[Command, int], Ruling]] = {
+            "launch": self._launch,
+            "set": self._set,
+            "hold": self._hold,
+            "resume": self._resume,
+            "abort": self._abort,
+            "return": self._return,
+            "stop-now": self._stop,
+            "release": self._release,
+            "take": self._take,
+            "forget": self._forget,
+        }
+
+    # -- commands --------------------------------------------------------------------------------------------------
+    def obey(self, command: Command, now_ns: int) -> Ack:
+        """Do what an operator says, or refuse with the reason; the same id twice is done once."""
+        known = self._answered.get(command.id)
+        if known is not None:
+            return known
+        ruling = self._rule(command, now_ns)
+        ack = Ack(
+            MAJOR, command.id, self.boat, ruling.ok, ruling.reason, ruling.old, ruling.new, self.version, ruling.safety
+        )
+        if not ruling.ok:
+            self.note("refused", f"{command.kind} of {command.operator}: {ruling.reason}")
+        while len(self._answered) >= REMEMBERED:
+            del self._answered[next(iter(self._answered))]
+        self._answered[command.id] = ack
+        return ack
+
+    def _rule(self, command: Command, now_ns: int) -> Ruling:
+        if command.boats and self.boat not in command.boats:
+            return Ruling(False, "not addressed to this boat")
+        rule = self._rulings.get(command.kind)
+        if rule is None:
+            return Ruling(False, f"unknown command {command.kind!r}; this boat runs fleet {self.version}")
+        if command.mission_id and (self.sailing is None or self.sailing.order.mission_id != command.mission_id):
+            mine = self.sailing.order.mission_id if self.sailing else "none"
+            return Ruling(False, f"it is for mission {command.mission_id}; this boat holds {mine}")
+        if command.kind not in FREE_KINDS and not self._controls(command.operator):
+            return Ruling(False, f"{self.control.operator} holds control; `fleet take` takes it over")
+        return rule(command, now_ns)
+
+    def _controls(self, operator: str) -> bool:
+        if not self.control.operator:
+            self.control = Revision(self.control.counter + 1, operator)
+            self.changed = True
+        return self.control.operator == operator
+
+    def _launch(self, command: Command, now_ns: int) -> Ruling:
+        if command.order is None:
+            return Ruling(False, "a launch without a mission")
+        if self.stops:
+            return Ruling(False, f"stopped by {_and(self.stops)}; release first", safety=True)
+        old = self.sailing.order.mission_id if self.sailing else "none"
+        problem, sailing = self.read_mission(command.order, now_ns)
+        if sailing is None:
+            return Ruling(False, problem, safety=True)
+        if sailing.order.operator != command.operator:
+            return Ruling(False, f"the mission was written by {sailing.order.operator}, not by {command.operator}")
+        sailing.starts_ns = now_ns + int(sailing.order.apply_in_s * 1e9)
+        self.begin(sailing, Goal.FOLLOW)
+        return Ruling(True, "", old, sailing.order.mission_id)
+
+    def read_mission(self, words: Signed, now_ns: int) -> tuple[str, Sailing | None]:
+        """The mission in an operator's words, or why this boat does not sail it."""
+        try:
+            order = decode_mission_order(words)
+            mission = decode(order.mission)
+            findings = check(mission)
+            if findings.problems:
+                return "; ".join(findings.problems[:3]), None
+            plan = build(mission)
+        except Refused as refusal:
+            return f"the mission {refusal}", None
+        except FleetError as error:
+            return str(error), None
+        numbers = {boat.name: boat.number for boat in plan.boats}
+        if self.boat not in numbers:
+            return f"not in the roster {_and(numbers)}", None
+        if not self.simulated and mission.fence is None:
+            return "no fence: a real boat sails only inside one", None
+        formation = FormationOrder(
+            MAJOR,
+            order.mission_id,
+            Revision(0, ""),
+            Revision(0, ""),
+            mission.formation.spacing_m,
+            mission.formation.cruise_mps,
+        )
+        return "", Sailing(order, words, plan, numbers[self.boat], now_ns, formation, switched_ns=now_ns)
+
+    def begin(self, sailing: Sailing, goal: Goal) -> None:
+        """Take a mission as one's own."""
+        self.sailing = sailing
+        self.known_missions[sailing.order.mission_id] = None
+        self._set_goal(goal, Reason(0))
+        self.note("mission", f"{sailing.plan.mission.title} ({sailing.order.mission_id})")
+
+    def _set(self, command: Command, now_ns: int) -> Ruling:
+        sailing = self.sailing
+        if sailing is None:
+            return Ruling(False, "no mission to change")
+        if command.order is None:
+            return Ruling(False, "a change without an order")
+        try:
+            order = decode_formation(command.order)
+        except Refused as refusal:
+            return Ruling(False, f"the order {refusal}")
+        held = sailing.held
+        if order.mission_id != sailing.order.mission_id:
+            return Ruling(False, f"it is for mission {order.mission_id}; this boat holds {sailing.order.mission_id}")
+        if order.based_on != held:
+            return Ruling(False, f"based on revision {order.based_on}, but {held} is held")
+        if order.revision.operator != command.operator or not held < order.revision:
+            return Ruling(False, f"revision {order.revision} of {command.operator} does not follow {held}")
+        if order.revision.counter > held.counter + LARGEST_JUMP:
+            return Ruling(False, f"revision {order.revision} is more than {LARGEST_JUMP} ahead of {held}")
+        problems = check_formation(sailing.plan, order.spacing_m, order.cruise_mps)
+        if problems:
+            return Ruling(False, "; ".join(problems), safety=True)
+        old = _formation_words(sailing.pending or sailing.formation)
+        self.expect(order, command.order, now_ns + int(order.apply_in_s * 1e9))
+        return Ruling(True, "", old, _formation_words(order))
+
+    def expect(self, order: FormationOrder, words: Signed, at_ns: int) -> None:
+        """Switch to a formation at that time."""
+        assert self.sailing is not None
+        self.sailing.pending, self.sailing.pending_words, self.sailing.pending_ns = order, words, at_ns
+        self.changed = True
+
+    def handed_on(self, words: Signed, remaining_s: float, now_ns: int) -> str:
+        """A formation that a neighbour holds; '' or why it is not taken."""
+        sailing = self.sailing
+        if sailing is None:
+            return "no mission"
+        try:
+            order = decode_formation(words)
+        except Refused as refusal:
+            return f"the order {refusal}"
+        held = sailing.held
+        if order.mission_id != sailing.order.mission_id or not held < order.revision:
+            return "not newer"
+        if order.revision.counter > held.counter + LARGEST_JUMP:
+            return f"revision {order.revision} is more than {LARGEST_JUMP} ahead of {held}"
+        problems = check_formation(sailing.plan, order.spacing_m, order.cruise_mps)
+        if problems:
+            return "; ".join(problems)
+        rival = sailing.pending or sailing.formation
+        if order.based_on < held and rival.revision.counter >= order.revision.counter:
+            self.note(
+                "superseded",
+                f"{_formation_words(rival)} (revision {rival.revision}) gives way to "
+                f"{_formation_words(order)} (revision {order.revision})",
+            )
+        self.expect(order, words, now_ns + int(min(max(remaining_s, 0.0), order.apply_in_s) * 1e9))
+        return ""
+
+    def switch(self, now_ns: int) -> bool:
+        """Put the pending formation in force when its time has come."""
+        sailing = self.sailing
+        if sailing is None or sailing.pending is None or now_ns < sailing.pending_ns:
+            return False
+        sailing.formation, sailing.formation_words = sailing.pending, sailing.pending_words
+        sailing.pending = sailing.pending_words = None
+        sailing.switched_ns = now_ns
+        self.changed = True
+        self.note(
+            "formation",
+            f"{_formation_words(sailing.formation)}, revision {sailing.formation.revision}",
+            sailing.formation.spacing_m,
+        )
+        return True
+
+    # -- goals -----------------------------------------------------------------------------------------------------
+    def _set_goal(self, goal: Goal, why: Reason) -> None:
+        self.goal, self.why = goal, why
+        self.revision_of_goal += 1
+        self.changed = True
+
+    def turn_back(self, goal: Goal, text: str) -> None:
+        """A trouble ends the following: back along the own track, or hold; an operator resumes."""
+        self._set_goal(goal, Reason.RETURNING if goal == Goal.RETURN else Reason.HELD)
+        self.note("trouble", f"{text}: {goal.name.lower()}")
+
+    def stand_by(self, why: Reason) -> None:
+        """Hold a mission without sailing it."""
+        self._set_goal(Goal.STANDBY, why)
+
+    def _hold(self, command: Command, now_ns: int) -> Ruling:  # noqa: ARG002 - all rulings are alike
+        old = self.goal.name.lower()
+        self._set_goal(Goal.HOLD, Reason.HELD)
+        return Ruling(True, "", old, "hold")
+
+    def _resume(self, command: Command, now_ns: int) -> Ruling:  # noqa: ARG002
+        if self.sailing is None:
+            return Ruling(False, "no mission to resume")
+        if self.stops:
+            return Ruling(False, f"stopped by {_and(self.stops)}; release first", safety=True)
+        old = self.goal.name.lower()
+        problem = self.resume_at(command.text)
+        if problem:
+            return Ruling(False, problem, safety=True)
+        self._set_goal(Goal.FOLLOW, Reason(0))
+        return Ruling(True, "", old, "follow")
+
+    def _abort(self, command: Command, now_ns: int) -> Ruling:  # noqa: ARG002
+        old = self.sailing.order.mission_id if self.sailing else "none"
+        self.sailing = None
+        self._set_goal(Goal.HOLD, Reason.ABORTED)
+        return Ruling(True, "", old, "none, hold")
+
+    def _return(self, command: Command, now_ns: int) -> Ruling:  # noqa: ARG002
+        if self.stops:
+            return Ruling(False, f"stopped by {_and(self.stops)}; release first", safety=True)
+        old = self.goal.name.lower()
+        self._set_goal(Goal.RETURN, Reason.RETURNING)
+        return Ruling(True, "", old, "return")
+
+    def _stop(self, command: Command, now_ns: int) -> Ruling:  # noqa: ARG002
+        old = _and(self.stops) or "no stop"
+        if len(self.stops) >= 32:
+            return Ruling(True, "stopped already", old, old)
+        self.stops[command.id] = None
+        self.changed = True
+        return Ruling(True, "", old, _and(self.stops))
+
+    def _release(self, command: Command, now_ns: int) -> Ruling:  # noqa: ARG002
+        old = _and(self.stops) or "no stop"
+        unknown = [name for name in command.names if name not in self.stops]
+        for name in command.names:
+            self.stops.pop(name, None)
+        self.changed = True
+        if self.goal != Goal.STANDBY and not self.stops and self.goal != Goal.HOLD:
+            self._set_goal(Goal.HOLD, Reason.HELD)
+        remark = f"did not know {_and(unknown)}" if unknown else ""
+        return Ruling(True, remark, old, _and(self.stops) or "released; holding until resumed")
+
+    def _take(self, command: Command, now_ns: int) -> Ruling:  # noqa: ARG002
+        old = self.control.operator or "nobody"
+        if old != command.operator:
+            self.control = Revision(self.control.counter + 1, command.operator)
+            self.changed = True
+        return Ruling(True, "", old, command.operator)
+
+    def _forget(self, command: Command, now_ns: int) -> Ruling:  # noqa: ARG002
+        gone = self.forget(command.names)
+        return Ruling(True, "" if gone else "knew none of them", _and(command.names), "forgotten" if gone else "")
+
+    # -- what neighbours know --------------------------------------------------------------------------------------
+    def hear_control(self, control: Revision) -> None:
+        """A neighbour's word on who holds control: the larger revision wins."""
+        if self.control < control and control.counter <= self.control.counter + LARGEST_JUMP:
+            self.control = control
+            self.changed = True
+
+    def held_formation(self, now_ns: int) -> tuple[Signed | None, float]:
+        """The newest formation as its operator wrote it, and the time until it applies [s]."""
+        sailing = self.sailing
+        if sailing is None:
+            return None, 0.0
+        if sailing.pending_words is not None:
+            return sailing.pending_words, max(0.0, (sailing.pending_ns - now_ns) * 1e-9)
+        return sailing.formation_words, 0.0
+
+    def note(self, kind: str, text: str, value: float = 0.0) -> None:
+        """Something to be published as an event."""
+        if len(self.notes) < 64:
+            self.notes.append((kind, text, value))
+
+
+def _formation_words(order: FormationOrder) -> str:
+    return f"spacing {order.spacing_m:g} m, cruise {order.cruise_mps:g} m/s"
+
+
+def _and(names: Mapping[str, object] | tuple[str, ...] | list[str]) -> str:
+    return ", ".join(names)
+
+
+def encoded(order: MissionOrder | FormationOrder) -> Signed:
+    """An operator's words, unsigned."""
+    return Signed(encode(order))

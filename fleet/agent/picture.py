@@ -1,0 +1,338 @@
+"""The picture of the others: what they last said, how old it is, and what may still be believed of it.
+
+Fed by the bus, asked once a tick. Everything that `step` gets of the others passes here, as numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable
+
+from msgspec import Struct
+
+from fleet import ops
+from fleet.agent.modes import Mode
+from fleet.avoidance.types import Peer
+from fleet.wire.bus import Heard
+from fleet.wire.codec import Refused, decode_state
+from fleet.wire.messages import BoatState
+
+SILENT_PERIODS = 7.0  # 0.7 s at 10 Hz
+SILENT_WITHOUT_TOKEN_S = 0.3
+DISCIPLINED_NS = 100_000_000
+CLASH_S = 1.0
+FASTEST_JUMP_MPS = 15.0
+JUMP_SLACK_M = 20.0
+RETURN_RAMP_S = 2.0  # weight in the formation grows from 0 to 1, so that a return is no bump
+AHEAD_S = 10.0  # a silent boat is anywhere between its last position and this far along its path
+OLDEST_S = 30.0  # a stamp further from reception than this is a wrong clock, not a slow message
+GROWS_MPS = 0.2
+STRANGERS_FROM = 1000
+
+Along = Callable[[str, float], tuple[float, float] | None]
+"""(boat, abscissa) -> its position on its path, if it sails our mission."""
+
+
+class Track(Struct):
+    """One boat under one epoch: what it said last, in our local frame."""
+
+    state: BoatState
+    heard_ns: int
+    x: float
+    y: float
+    vx: float
+    vy: float
+    gx: float
+    gy: float
+    tx: float
+    ty: float
+    lead_s: float  # age at reception, by stamps; negative when the clocks cannot tell
+
+
+class Other(Struct):
+    """Everything about one name."""
+
+    name: str
+    number: int
+    track: Track | None = None
+    second: Track | None = None  # of the other epoch, in a clash
+    weight: float = 0.0
+    clash_since_ns: int = 0  # since when two epochs alternate
+    retired: dict[int, int] = {}  # epoch -> its last sequence number
+    heard: int = 0
+    lost: int = 0
+    half_trip_s: float = -1.0  # half of the last echo's round trip
+    forgotten: bool = False
+    doubted: tuple[float, float, int, int] = (0.0, 0.0, 0, 0)  # a jump: position, time, how many agreed
+
+
+class Picture:
+    """The others as one boat sees them."""
+
+    def __init__(self, boat: str, to_local: Callable[[float, float], tuple[float, float]], state_hz: float) -> None:
+        self._boat, self._to_local = boat, to_local
+        self._silent_s = SILENT_PERIODS / state_hz
+        self.others: dict[str, Other] = {}
+        self.roster: dict[str, int] = {}
+        self.refused: Counter[str] = Counter()
+        self.own_name_heard_ns = 0
+        self.own_clock_ns = DISCIPLINED_NS
+
+    # -- who -------------------------------------------------------------------------------------------------------
+    def set_roster(self, names: Iterable[str], to_local: Callable[[float, float], tuple[float, float]]) -> None:
+        """Number the boats as the mission does, and project to its datum."""
+        self._to_local = to_local
+        self.roster = {name: number for number, name in enumerate(names)}
+        strangers = STRANGERS_FROM
+        for other in self.others.values():
+            other.number = self.roster.get(other.name, strangers)
+            strangers += other.name not in self.roster
+            for track in (other.track, other.second):
+                if track is not None:
+                    track.x, track.y = to_local(track.state.lat_deg, track.state.lon_deg)
+
+    def watched(self, name: str) -> Other:
+        """The entry of a name, made when new."""
+        other = self.others.get(name)
+        if other is None:
+            number = self.roster.get(name)
+            if number is None:
+                taken = [o.number for o in self.others.values()]
+                number = max([STRANGERS_FROM - 1, *taken]) + 1
+            other = self.others[name] = Other(name, number)
+        return other
+
+    def name_of(self, number: float) -> str:
+        """The boat of a number; of both halves of a clash."""
+        for other in self.others.values():
+            if other.number == math.floor(number):
+                return other.name
+        return ""
+
+    def forget(self, names: Iterable[str]) -> list[str]:
+        """Silent boats that the operator knows to be gone; returns those that were forgotten."""
+        gone: list[str] = []
+        for name in names:
+            other = self.others.get(name)
+            if other is not None and other.track is not None:
+                other.track = other.second = None
+                other.weight = 0.0
+                gone.append(name)
+        return gone
+
+    # -- hearing ---------------------------------------------------------------------------------------------------
+    def hear(self, message: Heard) -> BoatState | None:
+        """Take in a state; None, and a count, when it is refused."""
+        try:
+            state = decode_state(message.payload, message.sender)
+            if message.sender == self._boat:
+                self.own_name_heard_ns = message.at_ns
+                raise Refused("own name")
+            self._take(self.watched(message.sender), state, message.at_ns)
+        except Refused as refusal:
+            self.refused[str(refusal)] += 1
+            return None
+        return state
+
+    def _take(self, other: Other, state: BoatState, now_ns: int) -> None:
+        track = other.track
+        if track is None:
+            other.track = self._track(state, now_ns)
+            other.heard += 1
+            return
+        if state.epoch == track.state.epoch:
+            self._follow(other, track, state, now_ns)
+        elif other.second is not None and state.epoch == other.second.state.epoch:
+            self._speaks_on(other.second, state, now_ns)
+        else:
+            self._new_epoch(other, track, state, now_ns)
+
+    def _follow(self, other: Other, track: Track, state: BoatState, now_ns: int) -> None:
+        """The next message of the same process."""
+        missed = state.seq - track.state.seq - 1
+        if missed < 0:
+            raise Refused("old or doubled")
+        x, y = self._to_local(state.lat_deg, state.lon_deg)
+        gap_s = max((now_ns - track.heard_ns) * 1e-9, 0.0)
+        if ops.hypot(x - track.x, y - track.y) > FASTEST_JUMP_MPS * gap_s + JUMP_SLACK_M and not self._agreed(
+            other, x, y, now_ns
+        ):
+            raise Refused("impossible jump")
+        other.heard += 1
+        other.lost += min(missed, 1000)
+        self._update(track, state, now_ns, x, y)
+
+    @staticmethod
+    def _agreed(other: Other, x: float, y: float, now_ns: int) -> bool:
+        """A jump is believed once ten messages in a row agree on it: better late than an obstacle in the wrong place."""
+        x0, y0, at_ns, count = other.doubted
+        near = at_ns and ops.hypot(x - x0, y - y0) < FASTEST_JUMP_MPS * (now_ns - at_ns) * 1e-9 + 5.0
+        count = count + 1 if near else 1
+        other.doubted = (x, y, now_ns, count)
+        return count >= 10
+
+    def _new_epoch(self, other: Other, track: Track, state: BoatState, now_ns: int) -> None:
+        """Another process under the same name: a restart, two boats with one name, or a replay."""
+        last = other.retired.get(state.epoch)
+        both_disciplined = max(state.clock_ns, track.state.clock_ns) <= DISCIPLINED_NS
+        if last is not None and state.seq <= last:
+            raise Refused("replay")
+        if last is None and both_disciplined and state.stamp_ns < track.state.stamp_ns:
+            raise Refused("replay")
+        if last is not None:  # it was replaced, and speaks on: two live processes
+            other.second = self._track(state, now_ns)
+            other.clash_since_ns = other.clash_since_ns or now_ns
+            return
+        self._retire(other, track)
+        other.track = self._track(state, now_ns)
+        other.heard += 1
+
+    @staticmethod
+    def _retire(other: Other, track: Track) -> None:
+        if len(other.retired) >= 64:
+            other.retired.clear()
+        other.retired[track.state.epoch] = track.state.seq
+
+    def _speaks_on(self, second: Track, state: BoatState, now_ns: int) -> None:
+        if state.seq <= second.state.seq:
+            raise Refused("replay")
+        x, y = self._to_local(state.lat_deg, state.lon_deg)
+        self._update(second, state, now_ns, x, y)
+
+    def _track(self, state: BoatState, now_ns: int) -> Track:
+        x, y = self._to_local(state.lat_deg, state.lon_deg)
+        track = Track(state, now_ns, x, y, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, -1.0)
+        self._update(track, state, now_ns, x, y)
+        return track
+
+    def _update(self, track: Track, state: BoatState, now_ns: int, x: float, y: float) -> None:
+        sin_chi, cos_chi = ops.sincos(state.cog_rad)
+        track.gy, track.gx = ops.sincos(state.plan_course_rad)
+        track.ty, track.tx = ops.sincos(state.tangent_rad)
+        track.vx, track.vy = state.sog_mps * cos_chi, state.sog_mps * sin_chi
+        track.x, track.y, track.state, track.heard_ns = x, y, state, now_ns
+        lead_s = (now_ns - state.stamp_ns) * 1e-9
+        disciplined = max(state.clock_ns, self.own_clock_ns) <= DISCIPLINED_NS
+        track.lead_s = max(lead_s, 0.0) if disciplined and -0.5 < lead_s < OLDEST_S else -1.0
+
+    # -- believing -------------------------------------------------------------------------------------------------
+    def age_s(self, other: Other, track: Track, now_ns: int) -> tuple[float, float]:
+        """Age of what it said, and how uncertain that age is [s]."""
+        since = max((now_ns - track.heard_ns) * 1e-9, 0.0)
+        if track.lead_s >= 0.0:
+            return since + track.lead_s, (track.state.clock_ns + self.own_clock_ns) * 1e-9
+        half_trip_s = other.half_trip_s if other.half_trip_s >= 0.0 else 1.0
+        return since + half_trip_s, half_trip_s
+
+    def silent(self, other: Other, now_ns: int, token_lost: bool) -> bool:
+        """Not heard for 7 state periods, or for 0.3 s when its token is gone though our link is up."""
+        if other.track is None:
+            return True
+        limit_s = min(SILENT_WITHOUT_TOKEN_S, self._silent_s) if token_lost else self._silent_s
+        return (now_ns - other.track.heard_ns) * 1e-9 > limit_s
+
+    def clashes(self, other: Other, now_ns: int) -> bool:
+        """Two epochs have been alternating for a second. When one of them falls silent, the other is the boat."""
+        track, second = other.track, other.second
+        if track is None or second is None:
+            return False
+        if (now_ns - second.heard_ns) * 1e-9 > CLASH_S:
+            self._retire(other, second)
+            other.second, other.clash_since_ns = None, 0
+            return False
+        if (now_ns - track.heard_ns) * 1e-9 > CLASH_S:
+            self._retire(other, track)
+            other.retired.pop(second.state.epoch, None)
+            other.track, other.second, other.clash_since_ns = second, None, 0
+            return False
+        return (now_ns - other.clash_since_ns) * 1e-9 >= CLASH_S
+
+    def weigh(self, other: Other, present: bool, dt: float) -> float:
+        """Its weight in the formation: away at once, back within two seconds."""
+        other.weight = min(1.0, other.weight + dt / RETURN_RAMP_S) if present else 0.0
+        return other.weight
+
+    def peers(self, now_ns: int, gone: Callable[[str], bool], own: tuple[float, float], along: Along) -> list[Peer[float]]:
+        """Vehicles to keep clear of, by number; `gone` tells whose token is lost while our own link is up."""
+        peers: list[Peer[float]] = []
+        for other in sorted(self.others.values(), key=_number):
+            clash = self.clashes(other, now_ns)
+            track = other.track
+            if track is None:
+                continue
+            if self.silent(other, now_ns, gone(other.name)):
+                peers.append(self._silent_peer(other, track, now_ns, own, along))
+            else:
+                peers.append(self._peer(other, track, now_ns, float(other.number), 0.0 if clash else 1.0))
+            if other.second is not None:
+                peers.append(self._peer(other, other.second, now_ns, other.number + 0.5, 0.0))
+        return peers
+
+    def _peer(self, other: Other, track: Track, now_ns: int, number: float, known: float) -> Peer[float]:
+        age, uncertain = self.age_s(other, track, now_ns)
+        age = min(age, AHEAD_S)
+        state = track.state
+        widen = uncertain * state.sog_mps
+        plan = known if state.mode in (Mode.FOLLOW, Mode.AVOID, Mode.HOLD, Mode.RETURN, Mode.ALONE) else 0.0
+        return Peer(
+            number=number,
+            present=1.0,
+            x=track.x + track.vx * age,
+            y=track.y + track.vy * age,
+            vx=track.vx,
+            vy=track.vy,
+            known=plan,
+            gx=track.gx,
+            gy=track.gy,
+            u_d=state.plan_speed_mps,
+            tx=track.tx,
+            ty=track.ty,
+            straight=state.straight_s,
+            sigma=state.position_error_m,
+            widen=widen,
+        )
+
+    def _silent_peer(
+        self, other: Other, track: Track, now_ns: int, own: tuple[float, float], along: Along
+    ) -> Peer[float]:
+        """A boat not heard: at the point nearest to us between its last position and its prediction, standing still."""
+        age, _ = self.age_s(other, track, now_ns)
+        ahead = min(age, AHEAD_S)
+        state = track.state
+        end = along(other.name, state.s_m + state.sog_mps * ahead) if state.mode != Mode.HOLD else None
+        x1, y1 = end if end is not None else (track.x + track.vx * ahead, track.y + track.vy * ahead)
+        if ops.hypot(x1 - track.x, y1 - track.y) > state.sog_mps * ahead + 5.0:  # it was off its path
+            x1, y1 = track.x + track.vx * ahead, track.y + track.vy * ahead
+        dx, dy = x1 - track.x, y1 - track.y
+        length_sq = dx * dx + dy * dy
+        share = ((own[0] - track.x) * dx + (own[1] - track.y) * dy) / length_sq if length_sq > 1e-9 else 0.0
+        share = min(max(share, 0.0), 1.0)
+        return Peer(
+            number=float(other.number),
+            present=1.0,
+            x=track.x + share * dx,
+            y=track.y + share * dy,
+            vx=0.0,
+            vy=0.0,
+            known=0.0,
+            gx=track.gx,
+            gy=track.gy,
+            u_d=0.0,
+            tx=track.tx,
+            ty=track.ty,
+            straight=0.0,
+            sigma=state.position_error_m,
+            widen=min(GROWS_MPS * age, self.half_radius_m),
+        )
+
+    half_radius_m = 3.0  # R / 2 of the mission
+
+    def abscissa(self, other: Other, track: Track, now_ns: int) -> float:
+        """Its abscissa, dead-reckoned to now."""
+        age = min(self.age_s(other, track, now_ns)[0], AHEAD_S)
+        return track.state.s_m + age * (track.vx * track.tx + track.vy * track.ty)
+
+
+def _number(other: Other) -> int:
+    return other.number

@@ -1,0 +1,126 @@
+"""An agent as a process: from its configuration to a running loop, and to a clean end."""
+
+from __future__ import annotations
+
+import logging
+import signal
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+from fleet import __version__
+from fleet.agent.agent import Agent
+from fleet.agent.clock import SystemClock
+from fleet.agent.config import AgentConfig
+from fleet.agent.loop import run
+from fleet.agent.modes import Goal
+from fleet.agent.orders import encoded
+from fleet.agent.store import Store, boot_id
+from fleet.drivers.simulated import SimulatedDriver
+from fleet.errors import FleetError
+from fleet.mission.load import encode, load
+from fleet.recording.seam import NullRecorder, Recording
+from fleet.wire.bus import Bus
+from fleet.wire.messages import MAJOR, MissionOrder
+from fleet.wire.radio import RadioBus
+from fleet.wire.zenoh_bus import ZenohBus
+
+log = logging.getLogger("fleet.agent")
+NAME_AGAIN_S = 1.0
+
+
+def recorder_of(config: AgentConfig, stamp_ns: int) -> Recording:
+    """The recording that the configuration asks for."""
+    if config.record == "none":
+        return NullRecorder()
+    path = Path(config.record) if config.record else config.folder() / "recordings" / f"{stamp_ns}.mcap"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    from fleet.recording.writer import Recorder
+
+    return Recorder(path, {"boat": config.boat, "fleet": config.fleet, "version": __version__})
+
+
+class Announcer:
+    """Declares the boat alive once it is ready and nobody else is alive under its name; asks in a thread of its own."""
+
+    def __init__(self, agent: Agent, bus: Bus) -> None:
+        self._agent, self._bus = agent, bus
+        self._stop = threading.Event()
+        self._done = False
+        self._thread = threading.Thread(target=self._run, name="announce", daemon=True)
+        agent.name_taken = False
+
+    def start(self) -> None:
+        """Begin."""
+        self._thread.start()
+
+    def _run(self) -> None:
+        while not self._stop.is_set():
+            if not self._bus.open():
+                self._stop.wait(0.02)
+                continue
+            alone = self._bus.alone_with_my_name()
+            self._agent.name_taken = not alone
+            if alone:
+                self._bus.announce()
+                log.info("ready", extra={"event": "ready"})
+                return
+            log.warning("another boat is alive under this name: standing by", extra={"event": "name-taken"})
+            self._stop.wait(NAME_AGAIN_S)
+
+    def close(self) -> None:
+        """End."""
+        self._stop.set()
+
+
+def sail_from_file(agent: Agent, where: str, now_ns: int) -> None:
+    """Sail a mission file without an operator; FleetError when this boat cannot."""
+    mission = load(where)
+    order = MissionOrder(MAJOR, f"{now_ns}-file", "file", now_ns, encode(mission), 0.0)
+    problem, sailing = agent.orders.read_mission(encoded(order), now_ns)
+    if sailing is None:
+        raise FleetError(f"{where}: {problem}")
+    agent.orders.begin(sailing, Goal.FOLLOW)
+
+
+def run_agent(config: AgentConfig, stop: threading.Event, ready: Callable[[Agent], None] = lambda agent: None) -> None:
+    """Be one boat's agent until `stop`; FleetError when the configuration cannot work."""
+    clock = SystemClock(config.clock)
+    now_ns = clock.now_ns()
+    driver = SimulatedDriver(config.boat, config.driver.world)
+    driver.open()
+    network: Bus = ZenohBus(config.fleet, config.boat, config.link, clock.now_ns)
+    radio = RadioBus(network, config.boat, clock.now_ns, config.seed)
+    agent = Agent(
+        config.boat,
+        radio,
+        driver,
+        Store(config.folder()),
+        recorder_of(config, now_ns),
+        now_ns,
+        boot_id=config.boot_id or boot_id(),
+        control_hz=config.control_hz,
+        clock_ns=int(config.clock_error_ms * 1e6),
+    )
+    if config.mission:
+        sail_from_file(agent, config.mission, now_ns)
+    announcer = Announcer(agent, radio)
+    ready(agent)
+    announcer.start()
+
+    def hear_radio(now_ns: int) -> None:  # noqa: ARG001 - a simulated boat hears through the world's radio
+        sensed = driver.sensed
+        radio.set(sensed.radio_delay_s, sensed.radio_loss)
+        radio.set_down(sensed.radio_down)
+
+    try:
+        run(agent, clock, stop, slots=config.slots, after_tick=hear_radio)
+    finally:
+        announcer.close()
+        agent.close()
+
+
+def end_on_signals(stop: threading.Event) -> None:
+    """SIGTERM and SIGINT end the process in good order."""
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: stop.set())

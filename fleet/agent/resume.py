@@ -1,0 +1,152 @@
+"""Going on after a restart: only within the same boot, soon, near where it was, and with no stop unreleased.
+
+A boat switched on at the quay never sails yesterday's mission: it stands by, says why, and waits for
+`resume --at nearest | S`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fleet.agent import course as courses
+from fleet.agent.modes import Goal, Reason
+from fleet.agent.orders import Sailing
+from fleet.agent.store import Kept, Progress
+
+if TYPE_CHECKING:
+    from fleet.agent.agent import Agent
+
+SOON_S = 60.0
+NEAR_M = 20.0
+
+
+class Resumption:
+    """What the disk remembers, and whether it still holds."""
+
+    def __init__(self, agent: Agent, boot_id: str) -> None:
+        self._agent, self._boot_id = agent, boot_id
+        self._kept: Kept | None = agent.store.kept()
+        self._progress: Progress | None = agent.store.progress()
+        self._abscissa: float | None = None
+        self._open = True  # still to be considered
+        self.refused = ""
+        orders = agent.orders
+        orders.stops = dict.fromkeys(agent.store.stops())
+        if self._kept is not None:
+            orders.control = self._kept.control
+            orders.known_missions = dict.fromkeys(self._kept.known_missions)
+
+    def consider(self, now_ns: int) -> None:
+        """Once the boat knows where it is: take up the mission on disk, or stand by with it and say why."""
+        agent = self._agent
+        if not self._open:
+            return
+        kept = self._kept
+        if kept is None or kept.mission is None or agent.orders.sailing is not None:
+            self._open = False
+            return
+        if agent.nav.sound < 0.5:
+            return
+        self._open = False
+        problem, sailing = agent.orders.read_mission(kept.mission, now_ns)
+        if sailing is None:
+            agent.orders.note("not-resumed", f"the mission on disk: {problem}")
+            return
+        agent.orders.begin(sailing, Goal.STANDBY)
+        if kept.formation is not None:
+            agent.orders.handed_on(kept.formation, 0.0, now_ns)
+            agent.orders.switch(now_ns)
+        progress = self._progress
+        self.refused = self._why_not(progress, sailing, now_ns)
+        if self.refused or progress is None:
+            agent.orders.stand_by(Reason.NOT_RESUMED)
+            agent.orders.note("not-resumed", self.refused)
+            return
+        self._go_on(progress, sailing, now_ns)
+
+    def _why_not(self, progress: Progress | None, sailing: Sailing, now_ns: int) -> str:
+        """Why the mission on disk is not simply gone on with; '' when it is."""
+        agent = self._agent
+        if progress is None or progress.mission_id != sailing.order.mission_id:
+            return "no record of where the boat was"
+        if progress.boot_id != self._boot_id:
+            return "the machine was started anew"
+        gap_s = (now_ns - progress.stamp_ns) * 1e-9
+        if not 0.0 <= gap_s < SOON_S:
+            return f"{gap_s:.0f} s have passed, more than {SOON_S:.0f} s"
+        if agent.orders.stops:
+            return "stopped, not released"
+        x, y = sailing.plan.plane.to_local(progress.lat_deg, progress.lon_deg)
+        here = sailing.plan.plane.to_local(agent.reading.lat_deg, agent.reading.lon_deg)
+        moved = ((here[0] - x) ** 2 + (here[1] - y) ** 2) ** 0.5
+        reach = NEAR_M + sailing.plan.boats[sailing.number].limits.speed_max_mps * gap_s
+        if moved > reach:
+            return f"{moved:.0f} m from where it was, more than {reach:.0f} m"
+        return ""
+
+    def _go_on(self, progress: Progress, sailing: Sailing, now_ns: int) -> None:
+        agent = self._agent
+        plane = sailing.plan.plane
+        agent.track = courses.Track([plane.to_local(lat, lon) for lat, lon in progress.track])
+        boat = sailing.plan.boats[sailing.number]
+        gap_s = (now_ns - progress.stamp_ns) * 1e-9
+        window = boat.limits.speed_max_mps * gap_s + 5.0
+        x, y = plane.to_local(agent.reading.lat_deg, agent.reading.lon_deg)
+        self._abscissa = boat.path.project(x, y, progress.s_m - window, progress.s_m + window)
+        agent.orders.begin(sailing, Goal(progress.goal))
+        agent.orders.note("resumed", f"at {self._abscissa:.0f} m after {gap_s:.1f} s")
+
+    def take_abscissa(self) -> float | None:
+        """Where to go on, once."""
+        s, self._abscissa = self._abscissa, None
+        return s
+
+    def resume_at(self, text: str, sailing: Sailing) -> str:
+        """An operator's word on where to go on; '' or why not."""
+        agent = self._agent
+        boat = sailing.plan.boats[sailing.number]
+        if text == "nearest":
+            self._abscissa = boat.path.project(agent.nav.x, agent.nav.y)
+        elif text:
+            try:
+                s = float(text)
+            except ValueError:
+                return f"--at {text!r}: expected `nearest` or an abscissa in metres"
+            if not boat.path.closed and not 0.0 <= s <= boat.path.length:
+                return f"--at {s:g}: expected an abscissa within 0 and {boat.path.length:.0f} m"
+            self._abscissa = s
+        elif agent.orders.why & Reason.NOT_RESUMED:
+            return f"not resumed after a restart ({self.refused}): say where, with --at nearest or --at S"
+        if agent.nav.sound < 0.5:
+            return "own navigation is stale or not finite"
+        return ""
+
+    # -- what is written -------------------------------------------------------------------------------------------
+    def kept(self) -> Kept:
+        """The mission and the formation in force, as operators wrote them."""
+        orders = self._agent.orders
+        sailing = orders.sailing
+        words = None
+        if sailing is not None:
+            words = sailing.pending_words if sailing.pending is not None else sailing.formation_words
+        known = tuple(orders.known_missions)[-64:]
+        return Kept(sailing.words if sailing is not None else None, words, orders.control, known)
+
+    def progress(self, now_ns: int) -> Progress:
+        """Where the boat is."""
+        agent = self._agent
+        sailing, plane = agent.orders.sailing, agent.plane
+        assert sailing is not None
+        assert plane is not None
+        lat_deg, lon_deg = plane.to_geographic(agent.nav.x, agent.nav.y)
+        return Progress(
+            boot_id=self._boot_id,
+            stamp_ns=now_ns,
+            mission_id=sailing.order.mission_id,
+            lat_deg=lat_deg,
+            lon_deg=lon_deg,
+            s_m=agent.state.s,
+            goal=int(agent.orders.goal),
+            ended=agent.state.ended > 0.5,
+            track=tuple(plane.to_geographic(x, y) for x, y in agent.track.points[-100:]),
+        )

@@ -1,0 +1,1 @@
+"""A run looked at afterwards: figures, pictures, a page."""

@@ -1,0 +1,1 @@
+"""This boat's hardware: one small protocol, one file for each kind."""

@@ -1,0 +1,52 @@
+"""The reference hull: goes where its bow points, with lags in surge and yaw; water and wind carry it sideways.
+
+Its own controller achieves surge over ground, so a current ahead or astern costs nothing and one abeam sets it down.
+"""
+
+from __future__ import annotations
+
+from fleet import ops
+from fleet.guidance.limits import Limits
+from fleet.hulls.types import HullState, Water, start
+from fleet.ops import R
+
+__all__ = ["advance", "description", "start", "velocity"]
+
+description = "unicycle with first-order lags in surge and yaw rate; drifts across its heading with current and wind"
+
+
+def velocity(state: HullState[R], water: Water[R]) -> tuple[R, R]:
+    """(vx, vy): velocity over ground, north and east [m/s]."""
+    s, c = ops.sincos(state.psi)
+    v = (water.current_e + water.wind_e) * c - (water.current_n + water.wind_n) * s
+    return state.u * c - v * s, state.u * s + v * c
+
+
+def advance(
+    state: HullState[R], u_d: R, r_d: R, water: Water[R], limits: Limits, dt: float, powered: R | float = 1.0
+) -> HullState[R]:
+    """The boat dt seconds later.
+
+        u_dot = (u_d - u) / T_u within +-a_max,  r_dot = (r_d - r) / T_r
+
+    Without power (powered 0) u_d is the drift along the heading and r_d is zero: the boat coasts to rest in the water.
+    """
+    dn, de = water.current_n + water.wind_n, water.current_e + water.wind_e
+    u_max, r_max, a_max = limits.speed_max_mps, limits.yaw_rate_max_radps, limits.acceleration_max_mps2
+    r_aim = powered * ops.clip(r_d, -r_max, r_max)
+    r = state.r + dt * ((r_aim - state.r) / limits.yaw_lag_s)
+    s, c = ops.sincos(state.psi + 0.5 * dt * r)  # heading at the middle of the step
+    drift = dn * c + de * s
+    u_aim = powered * ops.clip(u_d, -u_max, u_max) + (1.0 - powered) * drift
+    u = state.u + dt * ops.clip((u_aim - state.u) / limits.surge_lag_s, -a_max, a_max)
+    v = de * c - dn * s
+    return HullState(
+        x=state.x + dt * (u * c - v * s),
+        y=state.y + dt * (u * s + v * c),
+        psi=ops.wrap(state.psi + dt * r),
+        u=u,
+        v=v,
+        r=r,
+        i_u=state.i_u,
+        i_r=state.i_r,
+    )

@@ -1,0 +1,368 @@
+"""A fleet as an operator's script sees it.
+
+    with Fleet("demo", connect=["tcp/127.0.0.1:7447"], operator="anna") as fleet:
+        print(fleet.set_spacing(-20.0).lines())
+"""
+
+from __future__ import annotations
+
+import getpass
+import re
+import time
+import uuid
+from collections.abc import Callable, Sequence
+from types import TracebackType
+from typing import Self
+
+from msgspec import Struct
+
+from fleet import __version__
+from fleet.errors import FleetError, NobodyReachable, UsageError
+from fleet.mission.check import check
+from fleet.mission.load import decode as decode_mission
+from fleet.mission.load import encode as encode_mission
+from fleet.mission.model import Mission
+from fleet.operator.outcome import Outcome
+from fleet.wire import keys
+from fleet.wire.codec import Refused, decode, decode_formation, decode_mission_order, decode_state, encode
+from fleet.wire.messages import (
+    MAJOR,
+    Ack,
+    BoatState,
+    BoatStatus,
+    Command,
+    FleetEvent,
+    FormationOrder,
+    Held,
+    MissionOrder,
+    Revision,
+    Signed,
+)
+from fleet.wire.zenoh_bus import LinkConfig, OperatorBus
+
+DEFAULT_CONNECT = ("tcp/127.0.0.1:7447",)
+ASK_AGAIN_S = 0.5
+GONE_S = 3.0
+
+
+def default_operator() -> str:
+    """The login name, as far as it may stand in a key."""
+    try:
+        name = re.sub(r"[^a-z0-9-]", "-", getpass.getuser().lower())[:32]
+    except (KeyError, OSError):
+        name = ""
+    return name or "operator-1"
+
+
+class OperatorConfig(Struct, frozen=True, kw_only=True):
+    """Who commands which fleet, and how it is reached."""
+
+    fleet: str = "demo"
+    connect: tuple[str, ...] = DEFAULT_CONNECT
+    operator: str = ""
+    timeout_s: float = 3.0
+
+
+class BoatView(Struct):
+    """What is known of one boat."""
+
+    name: str
+    state: BoatState | None = None
+    status: BoatStatus | None = None
+    heard_s: float = 0.0  # monotonic time of its last state
+    alive: bool = False
+
+    def age_s(self) -> float:
+        """Time since its last state [s]; infinite when never heard."""
+        return time.monotonic() - self.heard_s if self.heard_s else float("inf")
+
+
+class Change(Struct, frozen=True):
+    """The formation that the boats hold: what a change is based on."""
+
+    mission_id: str
+    roster: tuple[str, ...]
+    mission: Mission
+    revision: Revision
+    spacing_m: float
+    cruise_mps: float
+
+
+class Fleet:
+    """A connection to a fleet. Commands wait at most `timeout_s` and name every boat that did not answer."""
+
+    def __init__(
+        self,
+        fleet: str = "demo",
+        *,
+        connect: Sequence[str] = DEFAULT_CONNECT,
+        operator: str = "",
+        timeout_s: float = 3.0,
+        present: bool = True,
+    ) -> None:
+        self.fleet = keys.valid_name("fleet", fleet)
+        self.operator = keys.valid_name("operator", operator or default_operator())
+        if timeout_s <= 0.0:
+            raise UsageError(f"timeout {timeout_s:g} s: expected more than 0")
+        self.timeout_s = timeout_s
+        self._connect = tuple(connect)
+        link = LinkConfig(topology="hub", connect=self._connect)
+        self._bus = OperatorBus(self.fleet, self.operator, link, present=present)
+        self.boats: dict[str, BoatView] = {}
+        self.events: list[FleetEvent] = []
+
+    def __enter__(self) -> Self:
+        """Connect; NobodyReachable when nothing answers at the endpoints."""
+        if not self._bus.open(self.timeout_s):
+            raise NobodyReachable(
+                f"nothing answers at {', '.join(self._connect)}: is the hub, or a boat, up there? (--connect)"
+            )
+        self._bus.listen((keys.STATE, keys.STATUS, keys.EVENT))
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self._bus.close()
+
+    # -- the picture -----------------------------------------------------------------------------------------------
+    def look(self, tap: Callable[[str, str, bytes], None] | None = None) -> dict[str, BoatView]:
+        """The boats, with what was heard since the last look; `tap` gets every message (what, boat, payload) as it is."""
+        for what, boat, payload in self._bus.heard():
+            if tap is not None:
+                tap(what, boat, payload)
+            try:
+                self._take(what, boat, payload)
+            except Refused:
+                continue
+        alive = self._bus.alive()
+        for boat in alive:
+            self.boats.setdefault(boat, BoatView(boat))
+        for view in self.boats.values():
+            view.alive = view.name in alive
+        return self.boats
+
+    def _take(self, what: str, boat: str, payload: bytes) -> None:
+        if what == keys.EVENT:
+            if len(self.events) < 10_000:
+                self.events.append(decode(payload, FleetEvent))
+            return
+        view = self.boats.setdefault(boat, BoatView(boat))
+        if what == keys.STATE:
+            view.state, view.heard_s = decode_state(payload, boat), time.monotonic()
+        else:
+            view.status = decode(payload, BoatStatus)
+
+    def wait_for(self, boats: Sequence[str], timeout_s: float | None = None) -> tuple[str, ...]:
+        """Wait until these boats are alive and heard; returns those that are not in time."""
+        deadline = time.monotonic() + (self.timeout_s if timeout_s is None else timeout_s)
+        while True:
+            views = self.look()
+            missing = tuple(b for b in boats if b not in views or not views[b].alive or views[b].state is None)
+            if not missing or time.monotonic() >= deadline:
+                return missing
+            time.sleep(0.02)
+
+    def reachable(self) -> tuple[str, ...]:
+        """Boats that are alive."""
+        return tuple(sorted(self._bus.alive()))
+
+    # -- asking ----------------------------------------------------------------------------------------------------
+    def _ask(self, command: Command, expected: Sequence[str]) -> dict[str, Ack | None]:
+        """Ask until every expected boat has answered or the time is over."""
+        payload = encode(command)
+        acks: dict[str, Ack | None] = dict.fromkeys(expected)
+        deadline = time.monotonic() + self.timeout_s
+        while True:
+            left = deadline - time.monotonic()
+            missing = [boat for boat, ack in acks.items() if ack is None]
+            if left <= 0.0 or (not missing and acks):
+                return acks
+            target = missing[0] if len(missing) == 1 else "*"
+            began = time.monotonic()
+            for boat, answer in self._bus.ask_all(keys.COMMAND, payload, max(left, 0.05), target).items():
+                if command.boats and boat not in command.boats:
+                    continue
+                try:
+                    ack = decode(answer, Ack)
+                except Refused:
+                    continue
+                if ack.boat == boat and ack.id == command.id:
+                    acks[boat] = ack
+            if any(ack is None for ack in acks.values()) or not acks:
+                time.sleep(max(0.0, min(ASK_AGAIN_S - (time.monotonic() - began), deadline - time.monotonic())))
+
+    def _expected(self, boats: Sequence[str]) -> list[str]:
+        if boats:
+            return list(boats)
+        names = set(self._bus.alive())
+        change = self._held_by_anybody()
+        if change is not None:
+            names |= set(change.roster)
+        return sorted(names)
+
+    def command(
+        self,
+        kind: str,
+        boats: Sequence[str] = (),
+        *,
+        order: Signed | None = None,
+        names: Sequence[str] = (),
+        text: str = "",
+        expected: Sequence[str] | None = None,
+    ) -> Outcome:
+        """Say something to boats, and collect their answers."""
+        addressed = list(expected) if expected is not None else self._expected(boats)
+        if not addressed:
+            raise NobodyReachable(f"{kind}: no boat of fleet {self.fleet!r} is in reach at {', '.join(self._connect)}")
+        command = Command(
+            MAJOR,
+            uuid.uuid4().hex,
+            self.operator,
+            kind,
+            tuple(boats),
+            order,
+            tuple(names),
+            text,
+            stamp_ns=time.time_ns(),
+        )
+        acks = self._ask(command, addressed)
+        olds = {ack.old for ack in acks.values() if ack is not None and ack.old}
+        news = {ack.new for ack in acks.values() if ack is not None and ack.new}
+        return Outcome(kind, command.id, acks, " | ".join(sorted(olds)), " | ".join(sorted(news)))
+
+    # -- missions and formations -----------------------------------------------------------------------------------
+    def _held_by_anybody(self) -> Change | None:
+        """The newest mission and formation that any boat holds."""
+        missions: dict[str, MissionOrder] = {}
+        for answer in self._bus.ask_all(keys.MISSION, b"", min(1.0, self.timeout_s)).values():
+            try:
+                held = decode(answer, Held)
+                if held.order is not None:
+                    order = decode_mission_order(held.order)
+                    missions[order.mission_id] = order
+            except Refused:
+                continue
+        if not missions:
+            return None
+        order = max(missions.values(), key=lambda one: (one.stamp_ns, one.mission_id))
+        mission = decode_mission(order.mission)
+        newest = Change(
+            order.mission_id,
+            tuple(boat.name for boat in mission.boats),
+            mission,
+            Revision(),
+            mission.formation.spacing_m,
+            mission.formation.cruise_mps,
+        )
+        for answer in self._bus.ask_all(keys.FORMATION, b"", min(1.0, self.timeout_s)).values():
+            try:
+                held = decode(answer, Held)
+                formation = decode_formation(held.order) if held.order is not None else None
+            except Refused:
+                continue
+            if formation is not None and formation.mission_id == newest.mission_id and newest.revision < formation.revision:
+                newest = Change(
+                    newest.mission_id,
+                    newest.roster,
+                    newest.mission,
+                    formation.revision,
+                    formation.spacing_m,
+                    formation.cruise_mps,
+                )
+        return newest
+
+    def formation(self) -> Change:
+        """The formation that the boats hold; FleetError when they hold none."""
+        held = self._held_by_anybody()
+        if held is None:
+            if not self._bus.alive():
+                raise NobodyReachable(f"no boat of fleet {self.fleet!r} is in reach at {', '.join(self._connect)}")
+            raise FleetError(f"no boat of fleet {self.fleet!r} holds a mission: `fleet launch MISSION` first")
+        return held
+
+    def launch(self, mission: Mission, *, apply_in_s: float = 2.0) -> Outcome:
+        """Give the boats of the roster a mission; they begin together after `apply_in_s`."""
+        findings = check(mission)
+        if findings.problems:
+            from fleet.errors import MissionError
+
+            raise MissionError("mission", findings.problems)
+        roster = [boat.name for boat in mission.boats]
+        stamp_ns = time.time_ns()
+        order = MissionOrder(
+            MAJOR, f"{stamp_ns}-{self.operator}", self.operator, stamp_ns, encode_mission(mission), apply_in_s
+        )
+        outcome = self.command("launch", roster, order=Signed(encode(order)), expected=roster)
+        others = sorted({ack.version for ack in outcome.acks.values() if ack is not None} - {"", __version__})
+        note = f"boats run fleet {', '.join(others)}, this is {__version__}" if others else ""
+        return Outcome("launch", outcome.id, outcome.acks, outcome.old, mission.title, note)
+
+    def set_spacing(self, spacing_m: float, *, apply_in_s: float = 2.0) -> Outcome:
+        """Change the formation distance on all boats together."""
+        return self._set(spacing_m, None, apply_in_s)
+
+    def set_speed(self, cruise_mps: float, *, apply_in_s: float = 2.0) -> Outcome:
+        """Change the cruise speed on all boats together."""
+        return self._set(None, cruise_mps, apply_in_s)
+
+    def _set(self, spacing_m: float | None, cruise_mps: float | None, apply_in_s: float) -> Outcome:
+        held = self.formation()
+        order = FormationOrder(
+            MAJOR,
+            held.mission_id,
+            Revision(held.revision.counter + 1, self.operator),
+            held.revision,
+            held.spacing_m if spacing_m is None else spacing_m,
+            held.cruise_mps if cruise_mps is None else cruise_mps,
+            apply_in_s,
+            time.time_ns(),
+        )
+        expected = sorted({*held.roster} | {b for b in self._bus.alive() if b in held.roster})
+        outcome = self.command("set", (), order=Signed(encode(order)), expected=expected)
+        what = "set spacing" if spacing_m is not None else "set speed"
+        old = f"{held.spacing_m:g} m" if spacing_m is not None else f"{held.cruise_mps:g} m/s"
+        new = f"{spacing_m:g} m" if spacing_m is not None else f"{cruise_mps:g} m/s"
+        return Outcome(what, outcome.id, outcome.acks, old, new)
+
+    # -- words -----------------------------------------------------------------------------------------------------
+    def hold(self, boats: Sequence[str] = ()) -> Outcome:
+        """Keep station."""
+        return self.command("hold", boats)
+
+    def resume(self, boats: Sequence[str] = (), *, at: str = "") -> Outcome:
+        """Go on; after a restart `at` says where: `nearest`, or an abscissa in metres."""
+        return self.command("resume", boats, text=at)
+
+    def abort(self, boats: Sequence[str] = ()) -> Outcome:
+        """End the mission, then hold."""
+        return self.command("abort", boats)
+
+    def return_home(self, boats: Sequence[str] = ()) -> Outcome:
+        """Back along the travelled track to home, then hold."""
+        return self.command("return", boats)
+
+    def stop_now(self, boats: Sequence[str] = ()) -> Outcome:
+        """No thrust, until released."""
+        return self.command("stop-now", boats)
+
+    def release(self, boats: Sequence[str] = (), ids: Sequence[str] = ()) -> Outcome:
+        """Release stops: the ids named, else every one that the boats publish."""
+        names = list(ids)
+        if not names:
+            deadline = time.monotonic() + min(1.0, self.timeout_s)
+            while time.monotonic() < deadline:
+                views = [view for view in self.look().values() if view.alive]
+                if views and all(view.state is not None for view in views):
+                    break
+                time.sleep(0.02)
+            states = [view.state for view in self.look().values() if not boats or view.name in boats]
+            names = sorted({stop for state in states if state is not None for stop in state.stops})
+        return self.command("release", boats, names=names)
+
+    def take(self) -> Outcome:
+        """Take control."""
+        return self.command("take")
+
+    def forget(self, names: Sequence[str]) -> Outcome:
+        """Tell the others that these silent boats are gone from the water."""
+        reachable = [boat for boat in self._bus.alive() if boat not in names]
+        return self.command("forget", (), names=names, expected=sorted(reachable))

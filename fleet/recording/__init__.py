@@ -1,0 +1,1 @@
+"""Runs on disk: written so that a crash costs a second, read even when damaged, repaired."""

@@ -1,0 +1,177 @@
+"""The processes of a simulation: hub, world, one real agent a boat. All of them end, whatever happens.
+
+Each child holds a pipe to this process and ends when it closes; `close` ends them in good order, and with SIGKILL those
+that do not.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import select
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import IO
+
+import msgspec
+
+from fleet.agent.clock import ClockSpec
+from fleet.agent.config import AgentConfig, DriverConfig
+from fleet.errors import FleetError
+from fleet.sim.world_process import WorldSpec
+from fleet.wire.zenoh_bus import LinkConfig, Topology
+
+START_S = 30.0
+END_S = 5.0
+LEASE_MS = 500  # all on one machine
+
+
+def free_port() -> int:
+    """A port that nobody uses just now."""
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
+        return port
+
+
+class Processes:
+    """What runs, by name: `hub`, `world`, and the boats."""
+
+    def __init__(
+        self,
+        folder: Path,
+        clock: ClockSpec,
+        boats: tuple[str, ...],
+        *,
+        fleet: str,
+        topology: Topology,
+        seed: int,
+        record: bool,
+        hub_port: int = 0,
+        control_hz: float = 10.0,
+    ) -> None:
+        self.folder, self.clock, self.fleet, self.topology = folder, clock, fleet, topology
+        self._boats, self._seed, self._record, self._hz = boats, seed, record, control_hz
+        self._children: dict[str, subprocess.Popen[bytes]] = {}
+        self._logs: list[IO[bytes]] = []
+        self._world_port = 0
+        self._hub_port = hub_port or free_port()
+        self._ports = {boat: free_port() for boat in boats} if topology == "routed" else {}
+        if topology == "routed" and hub_port:
+            self._ports[boats[0]] = hub_port
+        (folder / "logs").mkdir(exist_ok=True)
+
+    @property
+    def connect(self) -> tuple[str, ...]:
+        """Where an operator connects: the hub, or any boat."""
+        ports = [self._hub_port] if self.topology == "hub" else [self._ports[boat] for boat in self._boats]
+        return tuple(f"tcp/127.0.0.1:{port}" for port in ports)
+
+    @property
+    def world_address(self) -> tuple[str, int]:
+        """Where the world listens."""
+        return ("127.0.0.1", self._world_port)
+
+    def _spawn(self, name: str, *argv: str, answers: bool = False) -> str:
+        """Start a Python module; the first line it prints, if it answers."""
+        log = (self.folder / "logs" / f"{name}.log").open("ab")
+        self._logs.append(log)
+        child = subprocess.Popen(
+            [sys.executable, "-m", *argv],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE if answers else log,
+            stderr=log,
+            start_new_session=True,
+        )
+        self._children[name] = child
+        if not answers:
+            return ""
+        assert child.stdout is not None
+        ready, _, _ = select.select([child.stdout], [], [], START_S)
+        line = child.stdout.readline().decode() if ready else ""
+        if not line:
+            raise FleetError(f"the {name} did not start: see {self.folder / 'logs' / f'{name}.log'}")
+        return line
+
+    def start_hub(self) -> None:
+        """Start the hub, unless boats are routers themselves."""
+        if self.topology == "hub":
+            self._spawn("hub", "fleet.sim.hub_process", f"tcp/127.0.0.1:{self._hub_port}", str(LEASE_MS), answers=True)
+
+    def start_world(self, mission_file: Path) -> None:
+        """Start the world."""
+        spec = WorldSpec(mission_file=str(mission_file), clock=self.clock, seed=self._seed)
+        line = self._spawn("world", "fleet.sim.world_process", msgspec.json.encode(spec).decode(), answers=True)
+        self._world_port = int(json.loads(line)["port"])
+
+    def start_agent(self, boat: str) -> None:
+        """Start, or start again, a boat's agent."""
+        config = AgentConfig(
+            boat=boat,
+            fleet=self.fleet,
+            link=self._link(boat),
+            driver=DriverConfig(kind="simulated", world=f"127.0.0.1:{self._world_port}"),
+            state_dir=str(self.folder / "state" / boat),
+            record=str(self.folder / "boats" / f"{boat}.mcap") if self._record else "none",
+            control_hz=self._hz,
+            clock_error_ms=0.0,
+            clock=self.clock,
+            seed=self._seed,
+        )
+        self._spawn(boat, "fleet.agent", msgspec.json.encode(config).decode(), "--with-parent")
+
+    def _link(self, boat: str) -> LinkConfig:
+        if self.topology == "hub":
+            return LinkConfig(topology="hub", connect=self.connect, lease_ms=LEASE_MS, keep_alive=4)
+        before = self._boats[: self._boats.index(boat)]
+        after = self._boats[self._boats.index(boat) + 1 :]
+        return LinkConfig(
+            topology=self.topology,
+            connect=tuple(f"tcp/127.0.0.1:{self._ports[other]}" for other in (*before, *after)),
+            listen=(f"tcp/127.0.0.1:{self._ports[boat]}",),
+            lease_ms=LEASE_MS,
+            keep_alive=4,
+        )
+
+    # -- what may happen to them -----------------------------------------------------------------------------------
+    def pid(self, name: str) -> int:
+        """Process id of `hub`, `world` or a boat."""
+        return self._children[name].pid
+
+    def signal(self, name: str, number: int) -> None:
+        """Send a signal to a process that runs."""
+        child = self._children.get(name)
+        if child is not None and child.poll() is None:
+            child.send_signal(number)
+            if number == signal.SIGKILL:
+                child.wait()
+
+    def dead(self) -> list[str]:
+        """Processes that have ended by themselves or were killed."""
+        return [name for name, child in self._children.items() if child.poll() is not None]
+
+    def close(self) -> None:
+        """End all: agents first, so that they leave their boats in neutral."""
+        order = [name for name in self._children if name not in ("hub", "world")] + ["world", "hub"]
+        children = [self._children[name] for name in order if name in self._children]
+        for child in children:
+            if child.poll() is None:
+                child.send_signal(signal.SIGCONT)
+                child.send_signal(signal.SIGTERM)
+        deadline = time.monotonic() + END_S
+        for child in children:
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                child.wait(max(0.05, deadline - time.monotonic()))
+            if child.poll() is None:
+                child.kill()
+                child.wait()
+            for pipe in (child.stdin, child.stdout):
+                if pipe is not None:
+                    with contextlib.suppress(OSError):
+                        pipe.close()
+        for log in self._logs:
+            log.close()

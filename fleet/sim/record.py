@@ -1,0 +1,117 @@
+"""The recording of a whole run: truth as the world tells it, and what the boats published, in one file."""
+
+from __future__ import annotations
+
+from fleet import __version__
+from fleet.agent.modes import Reason, in_words, mode_word
+from fleet.mission.plan import Plan
+from fleet.operator import Outcome
+from fleet.recording import topics
+from fleet.recording.runs import Run
+from fleet.recording.seam import Attachment, NullRecorder, Recording
+from fleet.recording.topics import Truth
+from fleet.wire.messages import BoatState, BoatStatus, FleetEvent
+
+FIX_NS = 500_000_000
+
+
+class RunRecorder:
+    """Writes `run.mcap`."""
+
+    def __init__(self, run: Run, plan: Plan, name: str, header: dict[str, str], mission_text: bytes, record: bool) -> None:
+        self._plan = plan
+        self._offsets = {boat.name: boat.slot for boat in plan.boats}
+        self._formation: dict[str, tuple[float, float]] = {}
+        self._fixed_ns: dict[str, int] = {}
+        self._seen: dict[str, tuple[int, int]] = {}
+        self.recording: Recording = NullRecorder()
+        if record:
+            from fleet.recording.writer import Recorder
+
+            facts = {"mission": name, "version": __version__, "boats": ",".join(self._offsets), **header}
+            self.recording = Recorder(
+                run.recording, facts, [Attachment("mission.toml", "application/toml", mission_text)], wait=True
+            )
+        topics.declare_fleet(self.recording)
+        for boat in self._offsets:
+            topics.declare_boat(self.recording, boat, truth=True)
+
+    def truth(self, truths: dict[str, Truth]) -> None:
+        """Where the hulls are."""
+        for boat, truth in truths.items():
+            self.recording.put(topics.truth_topic(boat), truth.stamp_ns, topics.encode(truth))
+
+    def state(self, state: BoatState) -> None:
+        """What a boat published; once a message."""
+        boat = state.boat
+        if self._seen.get(boat) == (state.epoch, state.seq):
+            return
+        self._seen[boat] = (state.epoch, state.seq)
+        x, y = self._plan.plane.to_local(state.lat_deg, state.lon_deg)
+        spacing, cruise = self._formation.get(boat, (self._plan.mission.formation.spacing_m, 0.0))
+        message = topics.State(
+            stamp_ns=state.stamp_ns,
+            x_m=x,
+            y_m=y,
+            psi_rad=state.heading_rad,
+            sog_mps=state.sog_mps,
+            u_d_mps=state.decided_speed_mps,
+            s_m=state.s_m,
+            lap=state.lap,
+            mode=mode_word(state.mode),
+            reasons=list(in_words(state.reasons)),
+            y_e_m=state.cross_track_m,
+            e_s_m=state.along_path_m,
+            spacing_m=spacing,
+            offset_m=self._offsets.get(boat, 0.0) * spacing,
+            cruise_mps=cruise,
+            nearest=state.nearest,
+            nearest_m=state.nearest_m,
+            avoiding=bool(state.reasons & Reason.AVOIDING),
+            mission_id=state.mission_id,
+            revision=state.in_force.counter,
+        )
+        self.recording.put(topics.state_topic(boat), state.stamp_ns, topics.encode(message))
+        if state.stamp_ns - self._fixed_ns.get(boat, 0) >= FIX_NS:
+            self._fixed_ns[boat] = state.stamp_ns
+            variance = state.position_error_m * state.position_error_m
+            fix = topics.location_fix(state.stamp_ns, boat, state.lat_deg, state.lon_deg, variance)
+            self.recording.put(topics.fix_topic(boat), state.stamp_ns, fix)
+
+    def status(self, status: BoatStatus) -> None:
+        """A boat's counters."""
+        self._formation[status.boat] = (status.spacing_m, status.cruise_mps)
+        message = topics.Status(
+            stamp_ns=status.stamp_ns,
+            ticks=status.ticks,
+            ticks_late=status.ticks_late,
+            messages_received=status.messages_heard,
+            messages_lost=status.messages_lost,
+            messages_refused=status.messages_refused,
+            recording=status.recording,
+        )
+        self.recording.put(topics.status_topic(status.boat), status.stamp_ns, topics.encode(message))
+
+    def event(self, event: FleetEvent) -> None:
+        """Something that a boat told."""
+        message = topics.Event(
+            stamp_ns=event.stamp_ns, boat=event.boat, kind=event.kind, text=event.text, value=event.value
+        )
+        self.recording.put(topics.EVENT, event.stamp_ns, topics.encode(message))
+
+    def happened(self, now_ns: int, kind: str, text: str, boat: str = "", value: float = 0.0) -> None:
+        """Something that the simulator did."""
+        message = topics.Event(stamp_ns=now_ns, boat=boat, kind=kind, text=text, value=value)
+        self.recording.put(topics.EVENT, now_ns, topics.encode(message))
+
+    def command(self, now_ns: int, outcome: Outcome) -> None:
+        """What an operator said, and the answers."""
+        acks = {
+            boat: "not answered" if ack is None else ("acknowledged" if ack.ok else f"refused: {ack.reason}")
+            for boat, ack in outcome.acks.items()
+        }
+        message = topics.Command(stamp_ns=now_ns, command=outcome.command, old=outcome.old, new=outcome.new, acks=acks)
+        self.recording.put(topics.COMMAND, now_ns, topics.encode(message))
+
+
+

@@ -1,0 +1,160 @@
+"""The world as a process: real agents' drivers talk to it over datagrams on loopback."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import socket
+import sys
+import threading
+from pathlib import Path
+
+import msgspec
+from msgspec import Struct
+
+from fleet.agent.clock import ClockSpec, SystemClock
+from fleet.agent.process import end_on_signals
+from fleet.drivers.simulated import Sensed, Setpoint
+from fleet.mission.load import decode
+from fleet.mission.plan import build
+from fleet.recording.topics import Truth
+from fleet.sim.world import SENSE_S, STEP_NS, STEPS_A_SENSE, World
+
+LARGEST = 65000
+TRUTH_EVERY = 2  # senses: 10 Hz
+MOST_STEPS = 50  # caught up at once; a machine that stalls longer loses time in the open
+
+
+class WorldSpec(Struct, frozen=True, kw_only=True):
+    """What a world process is told when it starts."""
+
+    mission_file: str  # encoded mission
+    clock: ClockSpec
+    seed: int = 0
+
+
+class Trouble(Struct, frozen=True, array_like=True, tag="trouble"):
+    """Supervisor to world: something breaks, or is mended."""
+
+    boat: str
+    kind: str
+    value: float = 0.0
+
+
+class Watch(Struct, frozen=True, array_like=True, tag="watch"):
+    """Supervisor to world: send the truth here."""
+
+
+class TruthOfAll(Struct, frozen=True, array_like=True, tag="truth"):
+    """World to supervisor, ten times a second."""
+
+    truths: dict[str, Truth]
+    late_steps: int
+
+
+_decode = msgspec.msgpack.Decoder(Setpoint | Trouble | Watch).decode
+_encode = msgspec.msgpack.Encoder().encode
+
+
+class WorldProcess:
+    """Keeps the world in time with the clock, and answers datagrams."""
+
+    def __init__(self, spec: WorldSpec) -> None:
+        mission = decode(Path(spec.mission_file).read_bytes())
+        self._clock = SystemClock(spec.clock)
+        self._world = World(build(mission), self._clock.now_ns(), spec.seed)
+        self._radio = mission.radio
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
+        self._socket.bind(("127.0.0.1", 0))
+        self._socket.setblocking(False)
+        self._agents: dict[str, tuple[str, int]] = {}
+        self._watchers: set[tuple[str, int]] = set()
+        self._late_steps = 0
+
+    @property
+    def port(self) -> int:
+        """Where it listens."""
+        port: int = self._socket.getsockname()[1]
+        return port
+
+    def run(self, stop: threading.Event) -> None:
+        """Until stopped."""
+        senses = 0
+        deadline_ns = self._world.now_ns
+        while not stop.is_set():
+            deadline_ns += int(SENSE_S * 1e9)
+            self._clock.sleep_until(deadline_ns, stop)
+            self._receive()
+            behind = (self._clock.now_ns() - self._world.now_ns) // STEP_NS
+            self._late_steps += max(0, behind - 2 * STEPS_A_SENSE)
+            for _ in range(min(behind, MOST_STEPS)):
+                self._world.step()
+            senses += 1
+            self._tell(senses % TRUTH_EVERY == 0)
+            deadline_ns = max(deadline_ns, self._clock.now_ns() - int(SENSE_S * 1e9))
+
+    def _receive(self) -> None:
+        with contextlib.suppress(BlockingIOError):
+            while True:
+                try:
+                    payload, address = self._socket.recvfrom(LARGEST)
+                except ConnectionRefusedError:
+                    continue
+                with contextlib.suppress(msgspec.DecodeError):
+                    self._take(_decode(payload), address)
+
+    def _take(self, message: Setpoint | Trouble | Watch, address: tuple[str, int]) -> None:
+        if isinstance(message, Setpoint):
+            if message.boat in self._world.ships:
+                self._agents[message.boat] = address
+                self._world.command(message.boat, message.powered, message.surge_mps, message.yaw_rate_radps)
+        elif isinstance(message, Watch):
+            self._watchers.add(address)
+        elif message.boat in self._world.ships:
+            self._world.trouble(message.boat, message.kind, message.value)
+
+    def _tell(self, truth: bool) -> None:
+        world, radio = self._world, self._radio
+        for boat, address in self._agents.items():
+            sensed = Sensed(world.sense(boat), radio.delay_s, radio.loss, world.ships[boat].radio_down)
+            self._send(_encode(sensed), address)
+        if truth and self._watchers:
+            payload = _encode(TruthOfAll({boat: world.truth(boat) for boat in world.ships}, self._late_steps))
+            for watcher in self._watchers:
+                self._send(payload, watcher)
+
+    def _send(self, payload: bytes, address: tuple[str, int]) -> None:
+        with contextlib.suppress(BlockingIOError, ConnectionRefusedError):
+            self._socket.sendto(payload, address)
+
+    def close(self) -> None:
+        """Free the port."""
+        self._socket.close()
+
+
+def main(spec_json: str) -> None:
+    """Run a world; its port is the one line on stdout."""
+    stop = threading.Event()
+    end_on_signals(stop)
+    process = WorldProcess(msgspec.json.decode(spec_json, type=WorldSpec))
+    print(json.dumps({"port": process.port}), flush=True)
+    end_with_parent(stop)
+    try:
+        process.run(stop)
+    finally:
+        process.close()
+
+
+def end_with_parent(stop: threading.Event) -> None:
+    """End when the pipe on stdin closes: a supervisor that was killed leaves nobody behind."""
+
+    def watch() -> None:
+        sys.stdin.buffer.read()
+        stop.set()
+
+    threading.Thread(target=watch, name="parent", daemon=True).start()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

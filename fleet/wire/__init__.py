@@ -1,0 +1,1 @@
+"""What boats and operators say to each other: messages, keys, codec, the bus and its Zenoh session."""

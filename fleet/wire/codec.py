@@ -1,0 +1,135 @@
+"""Bytes <-> messages. What does not decode, or is not possible, is refused here with a word that says why."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Final, TypeVar
+
+import msgspec
+
+from fleet.wire.keys import NAME
+from fleet.wire.messages import (
+    MAJOR,
+    Ack,
+    BoatState,
+    BoatStatus,
+    Command,
+    Echo,
+    FleetEvent,
+    FormationOrder,
+    Held,
+    MissionOrder,
+    Revision,
+    Signed,
+)
+
+Message = TypeVar("Message")
+LARGEST = 1 << 20  # bytes of a message; a mission with ten thousand points is a quarter of it
+LARGEST_STATE = 4096
+FASTEST_MPS = 30.0
+LARGEST_JUMP = 1000  # revisions
+TEXT = 200
+
+_encoder: Final = msgspec.msgpack.Encoder()
+_decoders: Final[dict[type, Any]] = {
+    kind: msgspec.msgpack.Decoder(kind)
+    for kind in (Ack, BoatState, BoatStatus, Command, Echo, FleetEvent, FormationOrder, Held, MissionOrder, Signed)
+}
+encode = _encoder.encode
+"""A message as bytes."""
+
+
+class Refused(ValueError):
+    """A message that is not obeyed; the text says why in a word or two."""
+
+
+def decode(payload: bytes, kind: type[Message]) -> Message:
+    """The message in the payload; Refused when it is none of ours."""
+    if len(payload) > (LARGEST_STATE if kind is BoatState else LARGEST):
+        raise Refused("too large")
+    try:
+        message: Message = _decoders[kind].decode(payload)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+        raise Refused("does not decode") from None
+    if not isinstance(message, Signed) and message.major != MAJOR:  # type: ignore[attr-defined]
+        raise Refused("another wire version")
+    return message
+
+
+def decode_state(payload: bytes, sender: str) -> BoatState:
+    """The state that `sender` published on its own key; Refused when it cannot be true."""
+    state = decode(payload, BoatState)
+    if state.boat != sender:
+        raise Refused("another boat's name")
+    if min(state.seq, state.clock_ns) < 0:
+        raise Refused("impossible number")
+    numbers = (
+        state.lat_deg,
+        state.lon_deg,
+        state.cog_rad,
+        state.sog_mps,
+        state.heading_rad,
+        state.yaw_rate_radps,
+        state.position_error_m,
+        state.s_m,
+        state.plan_course_rad,
+        state.plan_speed_mps,
+        state.tangent_rad,
+        state.straight_s,
+        state.decided_course_rad,
+        state.decided_speed_mps,
+        state.cross_track_m,
+        state.along_path_m,
+        state.nearest_m,
+        state.length_m,
+    )
+    if not math.isfinite(sum(numbers)):
+        raise Refused("not finite")
+    if abs(state.lat_deg) > 90.0 or abs(state.lon_deg) > 180.0:
+        raise Refused("position not on Earth")
+    if not 0.0 <= state.sog_mps <= FASTEST_MPS or not 0.0 <= state.plan_speed_mps <= FASTEST_MPS:
+        raise Refused("impossible speed")
+    if max(abs(state.cog_rad), abs(state.heading_rad), abs(state.plan_course_rad), abs(state.tangent_rad)) > 7.0:
+        raise Refused("impossible angle")
+    if state.position_error_m < 0.0 or state.straight_s < 0.0 or len(state.stops) > 64:
+        raise Refused("impossible number")
+    if max(map(len, (state.mission_id, state.nearest, *state.stops))) > TEXT or not _plausible(state):
+        raise Refused("impossible revision")
+    return state
+
+
+def _plausible(state: BoatState) -> bool:
+    revisions: tuple[Revision, ...] = (state.in_force, state.held, state.control)
+    return all(0 <= r.counter < 1 << 40 and len(r.operator) <= 32 for r in revisions)
+
+
+def decode_command(payload: bytes) -> Command:
+    """A command; Refused when it is malformed."""
+    command = decode(payload, Command)
+    if not 0 < len(command.id) <= 64 or not NAME.fullmatch(command.operator):
+        raise Refused("command without an id or an operator's name")
+    if len(command.names) > 256 or len(command.boats) > 256 or len(command.text) > TEXT:
+        raise Refused("impossible command")
+    return command
+
+
+def decode_formation(signed: Signed) -> FormationOrder:
+    """The formation order in an operator's words; Refused when it cannot be one."""
+    order = decode(signed.body, FormationOrder)
+    if not math.isfinite(order.spacing_m + order.cruise_mps + order.apply_in_s):
+        raise Refused("not finite")
+    if not 0.0 <= order.apply_in_s <= 3600.0 or not 0 <= order.revision.counter < 1 << 40:
+        raise Refused("impossible order")
+    if len(order.mission_id) > TEXT or len(order.revision.operator) > 32:
+        raise Refused("impossible order")
+    return order
+
+
+def decode_mission_order(signed: Signed) -> MissionOrder:
+    """The mission order in an operator's words; Refused when it cannot be one."""
+    order = decode(signed.body, MissionOrder)
+    if not math.isfinite(order.apply_in_s) or not 0.0 <= order.apply_in_s <= 3600.0:
+        raise Refused("impossible order")
+    if not 0 < len(order.mission_id) <= TEXT:
+        raise Refused("impossible order")
+    return order

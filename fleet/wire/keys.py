@@ -1,0 +1,52 @@
+"""Names and keys: `fleet/<fleet>/<boat>/<what>`, operators under `fleet/<fleet>/operator/<id>`."""
+
+from __future__ import annotations
+
+import re
+
+from fleet.errors import UsageError
+
+NAME = re.compile(r"[a-z0-9-]{1,32}")
+OPERATOR = "operator"  # no boat may be called so
+
+STATE, STATUS, ALIVE, COMMAND, MISSION, FORMATION, EVENT, ECHO = (
+    "state",
+    "status",
+    "alive",
+    "command",
+    "mission",
+    "formation",
+    "event",
+    "echo",
+)
+ASKED = (COMMAND, MISSION, FORMATION, ECHO)
+"""What a boat answers when it is asked."""
+
+
+def valid_name(what: str, name: str) -> str:
+    """The name, if it may stand in a key; UsageError otherwise."""
+    if not NAME.fullmatch(name):
+        raise UsageError(f"{what} {name!r}: expected 1 to 32 of a-z, 0-9 and -")
+    if name == OPERATOR:
+        raise UsageError(f"{what} {name!r}: this name is kept for operators")
+    return name
+
+
+def key(fleet: str, boat: str, what: str) -> str:
+    """The key of one thing of one boat; `*` for all boats."""
+    return f"fleet/{fleet}/{boat}/{what}"
+
+
+def operator_key(fleet: str, operator: str) -> str:
+    """The key of an operator's liveliness token; `*` for all operators."""
+    return f"fleet/{fleet}/{OPERATOR}/{operator}/alive"
+
+
+def boat_of(key_expr: str) -> str:
+    """The boat that a key belongs to."""
+    return key_expr.split("/", 3)[2]
+
+
+def operator_of(key_expr: str) -> str:
+    """The operator that a key belongs to."""
+    return key_expr.split("/", 4)[3]

@@ -1,0 +1,397 @@
+"""The bus over Zenoh: the only file that imports it.
+
+One ring of a peer's states each, so that nobody's flood evicts another's; callbacks run in Zenoh's receive thread and
+only deposit. Opening is tried in a thread of its own, since a boat must go on deciding while the hub is out of reach.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable
+from functools import partial
+from typing import Any, Literal
+
+import msgspec
+import zenoh
+
+from fleet.wire import keys
+from fleet.wire.bus import Answer, Heard, Request
+
+log = logging.getLogger("fleet.wire")
+Topology = Literal["hub", "routed", "mesh"]
+RING = 256  # states of one peer kept between two ticks
+REQUESTS = 512
+MOST_PEERS = 128
+
+
+class LinkConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How a station reaches the others."""
+
+    topology: Topology = "routed"
+    connect: tuple[str, ...] = ()  # endpoints such as tcp/10.0.0.5:7447
+    listen: tuple[str, ...] = ()  # where this station listens; loopback unless it says otherwise
+    lease_ms: int = 2000
+    keep_alive: int = 8
+
+
+def session_config(mode: str, link: LinkConfig) -> zenoh.Config:
+    """A Zenoh configuration: no scouting, no shared memory, quick retries."""
+    listen = list(link.listen) if mode != "client" else []
+    config: dict[str, Any] = {
+        "mode": mode,
+        "connect": {
+            "endpoints": list(link.connect),
+            "timeout_ms": 0 if mode == "client" else -1,
+            "exit_on_failure": mode == "client",
+            "retry": {"period_init_ms": 200, "period_max_ms": 1000, "period_increase_factor": 1.5},
+        },
+        "listen": {"endpoints": listen},
+        "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": mode == "peer"}},
+        "timestamping": {"enabled": False},
+        "queries_default_timeout": 3000,
+        "transport": {
+            "shared_memory": {"enabled": False},
+            "link": {
+                "tx": {
+                    "lease": link.lease_ms,
+                    "keep_alive": link.keep_alive,
+                    "queue": {"congestion_control": {"block": {"wait_before_close": 1_000_000}}},
+                }
+            },
+        },
+    }
+    return zenoh.Config.from_json5(json.dumps(config))
+
+
+def _mode(topology: Topology) -> str:
+    return {"hub": "client", "routed": "router", "mesh": "peer"}[topology]
+
+
+def _direct(callback: Callable[[Any], object]) -> Any:
+    """A callback in Zenoh's own thread; it must only deposit."""
+    return zenoh.handlers.Callback(callback, indirect=False)
+
+
+class ZenohBus:
+    """A boat's end of the network (see `fleet.wire.bus.Bus`)."""
+
+    def __init__(self, fleet: str, boat: str, link: LinkConfig, now_ns: Callable[[], int]) -> None:
+        self._fleet, self._boat, self._link, self._now_ns = fleet, boat, link, now_ns
+        self._session: zenoh.Session | None = None
+        self._rings: dict[str, Any] = {}
+        self._wanted: set[str] = set()
+        self._subscribers: dict[str, Any] = {}
+        self._publishers: dict[str, zenoh.Publisher] = {}
+        self._requests: deque[tuple[str, zenoh.Query]] = deque(maxlen=REQUESTS)
+        self._answers: deque[Answer] = deque(maxlen=REQUESTS)
+        self._alive: dict[str, bool] = {}
+        self._operators: dict[str, bool] = {}
+        self._kept: list[Any] = []
+        self._asked = 0
+        self._opening: threading.Thread | None = None
+        self._closing = threading.Event()
+        self._token: Any = None
+
+    # -- opening -----------------------------------------------------------------------------------------------------
+    def open(self) -> bool:
+        """Start connecting in the background, once; True when connected and declared."""
+        if self._opening is None and not self._closing.is_set():
+            self._opening = threading.Thread(target=self._open, name="zenoh-open", daemon=True)
+            self._opening.start()
+        return self._session is not None
+
+    def _open(self) -> None:
+        config = session_config(_mode(self._link.topology), self._link)
+        said = False
+        while not self._closing.is_set():
+            try:
+                session = zenoh.open(config)
+            except zenoh.ZError as error:
+                if not said:
+                    log.warning("not connected yet, trying on: %s", str(error).split(" at ")[0])
+                    said = True
+                self._closing.wait(0.5)
+                continue
+            self._declare(session)
+            return
+
+    def _declare(self, session: zenoh.Session) -> None:
+        for what in (keys.STATE, keys.STATUS, keys.EVENT):
+            pose = what == keys.STATE
+            self._publishers[what] = session.declare_publisher(
+                keys.key(self._fleet, self._boat, what),
+                priority=zenoh.Priority.DATA_HIGH if pose else zenoh.Priority.DATA,
+                congestion_control=zenoh.CongestionControl.DROP,
+                reliability=zenoh.Reliability.BEST_EFFORT if pose else zenoh.Reliability.RELIABLE,
+                express=False,
+            )
+        for what in keys.ASKED:
+            self._kept.append(
+                session.declare_queryable(
+                    keys.key(self._fleet, self._boat, what),
+                    _direct(partial(self._deposit_request, what)),
+                )
+            )
+        live = session.liveliness()
+        alive = keys.key(self._fleet, "*", keys.ALIVE)
+        self._kept.append(live.declare_subscriber(alive, _direct(self._on_alive), history=True))
+        operators = keys.operator_key(self._fleet, "*")
+        self._kept.append(live.declare_subscriber(operators, _direct(self._on_operator), history=True))
+        self._session = session
+        for boat in tuple(self._wanted):
+            self._subscribe(boat)
+
+    def _deposit_request(self, what: str, query: zenoh.Query) -> None:
+        self._requests.append((what, query))
+
+    def alone_with_my_name(self) -> bool:
+        """False when another station holds this boat's liveliness token."""
+        if self._session is None:
+            return True
+        mine = keys.key(self._fleet, self._boat, keys.ALIVE)
+        replies = self._session.liveliness().get(mine, timeout=1.0)
+        return not any(reply.ok is not None for reply in replies)
+
+    def announce(self) -> None:
+        """Declare the liveliness token."""
+        if self._session is not None and self._token is None:
+            self._token = self._session.liveliness().declare_token(keys.key(self._fleet, self._boat, keys.ALIVE))
+
+    def _on_alive(self, sample: zenoh.Sample) -> None:
+        boat = keys.boat_of(str(sample.key_expr))
+        if boat != self._boat and len(self._alive) < 4 * MOST_PEERS:
+            self._alive[boat] = sample.kind == zenoh.SampleKind.PUT
+
+    def _on_operator(self, sample: zenoh.Sample) -> None:
+        if len(self._operators) < 4 * MOST_PEERS:
+            self._operators[keys.operator_of(str(sample.key_expr))] = sample.kind == zenoh.SampleKind.PUT
+
+    # -- states ------------------------------------------------------------------------------------------------------
+    def watch(self, boat: str) -> None:
+        """Listen to this boat's state from now on, in a ring of its own."""
+        if boat in self._wanted or len(self._wanted) >= MOST_PEERS:
+            return
+        self._wanted.add(boat)
+        if self._session is not None:
+            self._subscribe(boat)
+
+    def _subscribe(self, boat: str) -> None:
+        assert self._session is not None
+        if boat in self._rings:
+            return
+        subscriber = self._session.declare_subscriber(
+            keys.key(self._fleet, boat, keys.STATE),
+            zenoh.handlers.RingChannel(RING),
+            allowed_origin=zenoh.Locality.REMOTE,
+        )
+        self._subscribers[boat] = subscriber
+        self._rings[boat] = subscriber.handler
+
+    def unwatch(self, boat: str) -> None:
+        """Listen to it no longer."""
+        self._wanted.discard(boat)
+        self._rings.pop(boat, None)
+        subscriber = self._subscribers.pop(boat, None)
+        if subscriber is not None:
+            subscriber.undeclare()
+
+    def poll_states(self, bound: int) -> list[Heard]:
+        """States since the last call, at most `bound` a sender."""
+        heard: list[Heard] = []
+        now = self._now_ns()
+        for boat, ring in self._rings.items():
+            for _ in range(bound):
+                sample = ring.try_recv()
+                if sample is None:
+                    break
+                heard.append(Heard(boat, sample.payload.to_bytes(), now))
+        return heard
+
+    def put_state(self, payload: bytes) -> None:
+        """Publish the own state."""
+        self.put(keys.STATE, payload)
+
+    def put(self, what: str, payload: bytes) -> None:
+        """Publish something of this boat."""
+        publisher = self._publishers.get(what)
+        if publisher is not None and self._session is not None:
+            with contextlib.suppress(zenoh.ZError):
+                publisher.put(payload)
+
+    # -- questions ---------------------------------------------------------------------------------------------------
+    def poll_requests(self, bound: int) -> list[Request]:
+        """Requests since the last call."""
+        requests: list[Request] = []
+        while self._requests and len(requests) < bound:
+            what, query = self._requests.popleft()
+            payload = query.payload
+            requests.append(self._request(what, query, b"" if payload is None else payload.to_bytes()))
+        return requests
+
+    def _request(self, what: str, query: zenoh.Query, payload: bytes) -> Request:
+        mine = keys.key(self._fleet, self._boat, what)
+
+        def reply(answer: bytes) -> None:
+            with contextlib.suppress(zenoh.ZError), query:
+                query.reply(mine, answer)
+
+        def drop() -> None:
+            with contextlib.suppress(zenoh.ZError), query:
+                pass
+
+        return Request(what, payload, reply, drop)
+
+    def ask(self, boat: str, what: str, payload: bytes) -> None:
+        """Ask one boat; the answer comes by `poll_answers`."""
+        if self._session is None:
+            return
+
+        def deposit(reply: zenoh.Reply) -> None:
+            if reply.ok is not None:
+                self._answers.append(Answer(boat, what, reply.ok.payload.to_bytes()))
+
+        with contextlib.suppress(zenoh.ZError):
+            self._session.get(
+                keys.key(self._fleet, boat, what),
+                _direct(deposit),
+                payload=payload,
+                timeout=2.0,
+                priority=zenoh.Priority.INTERACTIVE_LOW,
+            )
+
+    def poll_answers(self) -> list[Answer]:
+        """Answers since the last call."""
+        answers: list[Answer] = []
+        while self._answers:
+            answers.append(self._answers.popleft())
+        return answers
+
+    # -- who is there ------------------------------------------------------------------------------------------------
+    def link_up(self) -> bool:
+        """Whether a router (the hub, or any other boat) is connected."""
+        session = self._session
+        if session is None:
+            return False
+        try:
+            return bool(session.info.routers_zid() or (self._link.topology == "mesh" and session.info.peers_zid()))
+        except zenoh.ZError:
+            return False
+
+    def alive(self) -> frozenset[str]:
+        """Boats whose token is up."""
+        return frozenset(boat for boat, up in tuple(self._alive.items()) if up)
+
+    def operators(self) -> frozenset[str]:
+        """Operators whose token is up."""
+        return frozenset(operator for operator, up in tuple(self._operators.items()) if up)
+
+    def overflowed(self) -> int:
+        """Rings drop the oldest without telling: unknown, counted by sequence numbers instead."""
+        return 0
+
+    def close(self) -> None:
+        """Leave the network: token first, then everything else with the session."""
+        self._closing.set()
+        session, self._session = self._session, None
+        if session is not None:
+            self._rings.clear()
+            with contextlib.suppress(zenoh.ZError):
+                session.close()  # type: ignore[no-untyped-call]
+
+
+class OperatorBus:
+    """An operator's end of the network: hears every boat, asks boats and waits for their answers."""
+
+    def __init__(self, fleet: str, operator: str, link: LinkConfig, *, present: bool = True) -> None:
+        self._fleet, self._operator = fleet, operator
+        self._config = session_config("client", link)
+        self._present = present
+        self._session: zenoh.Session | None = None
+        self._alive: dict[str, bool] = {}
+        self._kept: list[Any] = []
+        self._heard: deque[tuple[str, str, bytes]] = deque(maxlen=65536)
+
+    def open(self, timeout_s: float) -> bool:
+        """Connect within the timeout; False when nobody answers at the endpoint."""
+        deadline = time.monotonic() + timeout_s
+        while True:
+            try:
+                self._session = zenoh.open(self._config)
+                break
+            except zenoh.ZError:
+                if time.monotonic() >= deadline:
+                    return False
+                time.sleep(0.1)
+        live = self._session.liveliness()
+        alive = keys.key(self._fleet, "*", keys.ALIVE)
+        self._kept.append(live.declare_subscriber(alive, _direct(self._on_alive), history=True))
+        for reply in live.get(alive, timeout=timeout_s):
+            if reply.ok is not None:
+                self._alive.setdefault(keys.boat_of(str(reply.ok.key_expr)), True)
+        if self._present:
+            self._kept.append(live.declare_token(keys.operator_key(self._fleet, self._operator)))
+        return True
+
+    def listen(self, what: Iterable[str]) -> None:
+        """Keep what boats publish under these names until `heard` fetches it."""
+        assert self._session is not None
+        for name in what:
+            self._kept.append(
+                self._session.declare_subscriber(
+                    keys.key(self._fleet, "*", name), _direct(partial(self._deposit, name))
+                )
+            )
+
+    def _deposit(self, what: str, sample: zenoh.Sample) -> None:
+        self._heard.append((what, keys.boat_of(str(sample.key_expr)), sample.payload.to_bytes()))
+
+    def heard(self) -> list[tuple[str, str, bytes]]:
+        """(what, boat, payload) since the last call."""
+        messages: list[tuple[str, str, bytes]] = []
+        while self._heard:
+            messages.append(self._heard.popleft())
+        return messages
+
+    def _on_alive(self, sample: zenoh.Sample) -> None:
+        self._alive[keys.boat_of(str(sample.key_expr))] = sample.kind == zenoh.SampleKind.PUT
+
+    def alive(self) -> frozenset[str]:
+        """Boats whose token is up."""
+        return frozenset(boat for boat, up in tuple(self._alive.items()) if up)
+
+    def ask_all(self, what: str, payload: bytes, timeout_s: float, boat: str = "*") -> dict[str, bytes]:
+        """Ask all boats (or one) and wait; who did not answer in time is not in the result."""
+        assert self._session is not None
+        answers: dict[str, bytes] = {}
+        replies = self._session.get(
+            keys.key(self._fleet, boat, what),
+            target=zenoh.QueryTarget.ALL,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            timeout=timeout_s,
+            payload=payload,
+            priority=zenoh.Priority.INTERACTIVE_HIGH,
+            congestion_control=zenoh.CongestionControl.BLOCK,
+            express=True,
+        )
+        for reply in replies:
+            if reply.ok is not None:
+                answers[keys.boat_of(str(reply.ok.key_expr))] = reply.ok.payload.to_bytes()
+        return answers
+
+    def close(self) -> None:
+        """Leave the network."""
+        session, self._session = self._session, None
+        if session is not None:
+            session.close()  # type: ignore[no-untyped-call]
+
+
+def run_hub(listen: tuple[str, ...], stop: threading.Event, ready: Callable[[], None], lease_ms: int = 2000) -> None:
+    """Be the hub until `stop`: a router that boats and operators connect to."""
+    with zenoh.open(session_config("router", LinkConfig(topology="hub", listen=listen, lease_ms=lease_ms))):
+        ready()
+        stop.wait()

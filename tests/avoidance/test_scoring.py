@@ -1,0 +1,234 @@
+"""Velocity scoring, by hand: what one boat decides in scenes that can be worked out."""
+
+from __future__ import annotations
+
+import math
+
+import msgspec
+import pytest
+
+from fleet.avoidance import METHODS
+from fleet.avoidance.cost import legs
+from fleet.avoidance.pair import Pair, fresh_pair, judge, view
+from fleet.avoidance.params import ScoringParams, for_radius
+from fleet.avoidance.scoring import ScoringMemory, align, keep_clear, start_memory
+from fleet.avoidance.search import candidates, speed_of
+from fleet.avoidance.types import Own, Peer
+from fleet.guidance.limits import Limits
+from tests.avoidance.scenes import own_at, peer_at
+
+LIMITS = Limits()
+PARAMS = ScoringParams()
+
+
+def decide(own: Own[float], *peers: Peer[float]):  # noqa: ANN202
+    return keep_clear(own, peers, start_memory(0.0, len(peers)), LIMITS, PARAMS, 0.1)
+
+
+def judged(own: Own[float], peer: Peer[float], pair: Pair[float] | None = None):  # noqa: ANN202
+    seen = view(own, peer, PARAMS)
+    speed = math.hypot(own.vx, own.vy)
+    return judge(own, math.cos(own.chi), math.sin(own.chi), speed, peer, seen, pair or fresh_pair(0.0), PARAMS)
+
+
+def test_alone_a_boat_sails_its_plan() -> None:
+    _, advice = decide(own_at(u_d=1.2))
+    assert (advice.avoiding, advice.steers, advice.u_d, advice.target) == (0.0, 0.0, 1.2, -1.0)
+
+
+def test_a_meeting_head_on_turns_to_starboard() -> None:
+    memory, advice = decide(own_at(), peer_at(4.0, 60.0, 0.0, math.pi))
+    assert (advice.avoiding, advice.steers, advice.target, advice.side) == (1.0, 1.0, 4.0, 1.0)
+    assert advice.r_d > 0.0
+    assert memory.pairs[0].side == 1.0
+    assert memory.pairs[0].stand_on == 0.0
+
+
+def test_a_meeting_head_on_misses_by_the_wanted_radius() -> None:
+    # 60 m apart at 2 m/s: after 30 s abeam; a course off by a misses by about 30 sin(a); 7.5 m need 15 deg (7.8 m)
+    memory, _ = decide(own_at(), peer_at(4.0, 60.0, 0.0, math.pi))
+    assert math.degrees(math.atan2(memory.cy, memory.cx)) == pytest.approx(15.0)
+
+
+def test_a_boat_passing_8_metres_off_on_the_right_side_changes_nothing() -> None:
+    _, advice = decide(own_at(), peer_at(4.0, 60.0, -8.0, math.pi))
+    assert advice.avoiding == 0.0
+
+
+def test_the_stand_on_boat_keeps_92_percent_of_the_radius() -> None:
+    from_port = judged(own_at(), peer_at(1.0, 40.0, -40.0, math.pi / 2))
+    from_starboard = judged(own_at(), peer_at(1.0, 40.0, 40.0, -math.pi / 2))
+    assert (from_port.pair.stand_on, from_port.radius) == (1.0, pytest.approx(0.92 * 7.5))
+    assert (from_starboard.pair.stand_on, from_starboard.radius) == (0.0, 7.5)
+
+
+def test_the_overtaking_boat_gives_way_and_the_overtaken_stands_on() -> None:
+    behind = judged(own_at(u=1.5), peer_at(1.0, 20.0, 1.0, 0.0, 0.7, u_d=0.7))
+    ahead = judged(own_at(u=0.7, u_d=0.7), peer_at(1.0, -20.0, -1.0, 0.0, 1.5))
+    assert (behind.pair.conflict, behind.pair.stand_on) == (1.0, 0.0)
+    assert (ahead.pair.conflict, ahead.pair.stand_on) == (1.0, 1.0)
+
+
+def test_an_unknown_vehicle_never_makes_us_stand_on() -> None:
+    assert judged(own_at(), peer_at(1.0, 40.0, -40.0, math.pi / 2, known=0.0)).pair.stand_on == 0.0
+
+
+def test_both_boats_leave_each_other_to_port_even_where_the_miss_says_otherwise() -> None:
+    # it would pass 5 m to starboard, in 30 s: the common sense of turning goes the other way round
+    assert judged(own_at(), peer_at(1.0, 60.0, 5.0, math.pi)).pair.side == 1.0
+
+
+def test_late_or_unknown_a_vehicle_well_to_starboard_is_left_there() -> None:
+    assert judged(own_at(), peer_at(1.0, 20.0, 5.0, math.pi)).pair.side == -1.0
+    assert judged(own_at(), peer_at(1.0, 60.0, 5.0, math.pi, known=0.0)).pair.side == -1.0
+    assert judged(own_at(), peer_at(1.0, 20.0, 3.0, math.pi)).pair.side == 1.0  # less than R_s / 2
+
+
+def test_the_side_is_kept_until_past_and_clear() -> None:
+    pair = Pair(1.0, 0.0, 1.0, 0.0, 0.0)
+    assert judged(own_at(), peer_at(1.0, 20.0, 9.0, math.pi), pair).pair.side == 1.0
+    assert judged(own_at(), peer_at(1.0, -3.0, 5.0, math.pi), pair).pair.side == 1.0
+    assert judged(own_at(), peer_at(1.0, -6.0, 5.0, math.pi), pair).pair.side == 0.0
+
+
+def test_the_horizon_of_a_pair_ends_where_a_path_bends() -> None:
+    own, peer = own_at(), peer_at(1.0, 200.0, 0.0, math.pi)
+    assert view(own, peer, PARAMS).horizon == 150.0
+    assert view(own, msgspec.structs.replace(peer, straight=70.0), PARAMS).horizon == 70.0
+    assert view(own, msgspec.structs.replace(peer, straight=3.0), PARAMS).horizon == 30.0
+    assert view(own, msgspec.structs.replace(peer, known=0.0), PARAMS).horizon == 60.0
+
+
+def test_companions_have_no_side_and_a_smaller_radius() -> None:
+    beside = judged(own_at(), peer_at(1.0, 0.0, 7.0, 0.0, 0.9))
+    assert (beside.pair.companion, beside.pair.side, beside.radius, beside.horizon) == (1.0, 0.0, 6.5, 30.0)
+    assert judged(own_at(), peer_at(1.0, 0.0, 7.0, 0.0, 0.8)).pair.companion == 0.0  # 20 % slower
+    kept = Pair(0.0, 0.0, 0.0, 1.0, 0.0)
+    assert judged(own_at(), peer_at(1.0, 0.0, 38.0, 0.0, 0.75), kept).pair.companion == 1.0
+    assert judged(own_at(), peer_at(1.0, 0.0, 40.0, 0.0, 1.0), kept).pair.companion == 0.0
+
+
+def test_margin_and_widening_grow_the_radius() -> None:
+    own, peer = own_at(sigma=1.5), peer_at(1.0, 60.0, 0.0, math.pi, sigma=1.5, widen=1.0)
+    assert view(own, peer, PARAMS).wanted == pytest.approx(7.5 + 2.0 * math.sqrt(2.0) * 1.5 + 1.0)
+
+
+def test_the_escort_timer_runs_up_beside_and_down_four_times_as_fast() -> None:
+    # both want 0.4 rad towards each other and sail north, 8 m apart
+    own = own_at(gamma=0.4, y_e=-3.0)
+    beside = peer_at(1.0, 0.0, 8.0, 0.0, gamma=-0.4)
+    assert judged(own, beside).pair.escort == 0.5
+    astern = peer_at(1.0, -8.0, 0.0, 0.0, gamma=-0.4)
+    assert judged(own, astern, Pair(0.0, 0.0, 0.0, 1.0, 10.0)).pair.escort == 8.0
+
+
+def test_of_two_escorting_boats_the_one_with_the_other_to_starboard_yields() -> None:
+    long = Pair(0.0, 0.0, 0.0, 1.0, 20.0)
+    port_boat = judged(own_at(gamma=0.4, y_e=-3.0), peer_at(1.0, 0.0, 8.0, 0.0, gamma=-0.4), long)
+    starboard_boat = judged(own_at(gamma=-0.4, y_e=3.0), peer_at(1.0, 0.0, -8.0, 0.0, gamma=0.4), long)
+    assert (port_boat.yield_companion, starboard_boat.yield_companion) == (1.0, 0.0)
+    assert port_boat.yield_other == 0.0
+
+
+def test_yielding_to_a_companion_is_a_quarter_of_the_speed() -> None:
+    memory = start_memory(0.0, 1)
+    memory = msgspec.structs.replace(memory, pairs=(Pair(0.0, 0.0, 0.0, 1.0, 20.0),))
+    own, peer = own_at(gamma=0.4, y_e=-3.0), peer_at(1.0, 0.0, 8.0, 0.0, gamma=-0.4)
+    memory, advice = keep_clear(own, [peer], memory, LIMITS, PARAMS, 0.1)
+    assert memory.yield_companion == 10.0
+    assert (advice.avoiding, advice.u_d, advice.target) == (1.0, 0.25, 1.0)
+
+
+def test_yielding_to_another_leaves_only_half_speed_and_less() -> None:
+    memory = msgspec.structs.replace(start_memory(0.0, 0), yield_other=5.0)
+    _, advice = keep_clear(own_at(), [], memory, LIMITS, PARAMS, 0.1)
+    assert (advice.avoiding, advice.steers, advice.u_d) == (1.0, 0.0, 0.5)
+
+
+def test_the_way_back_takes_the_offset_over_the_speed_across() -> None:
+    way = legs(own_at(gamma=-0.5, y_e=4.0), 2.0)
+    assert way.t1 == pytest.approx(4.0 / (2.0 * math.sin(0.5)))
+
+
+def test_there_are_205_candidates_and_the_plan_comes_first() -> None:
+    table = candidates(PARAMS)
+    assert len(table) == 205
+    assert (table[0].price, table[0].a, table[0].factor) == (0.0, 0.0, 1.0)
+    assert min(c.a for c in table) == pytest.approx(-math.radians(120.0))
+    assert max(c.a for c in table) == pytest.approx(math.pi)
+    half = next(c for c in table if c.factor == 1.0 and c.a == pytest.approx(-math.pi / 2))
+    assert half.price == pytest.approx(1.0 + 0.15 * math.pi / 2)
+
+
+def test_candidate_speeds_respect_the_floor_and_the_slowest_speed() -> None:
+    assert speed_of(1.2, 0.5, 0.0, PARAMS) == pytest.approx(0.6)
+    assert speed_of(0.1, 0.5, 0.0, PARAMS) == pytest.approx(0.15)
+    assert speed_of(1.0, 0.25, 0.4, PARAMS) == 0.4
+
+
+def test_between_decisions_the_course_is_held_and_the_fifth_tick_decides() -> None:
+    memory, peers = start_memory(0.0, 1), [peer_at(4.0, 60.0, 0.0, math.pi)]
+    memory, first = keep_clear(own_at(), peers, memory, LIMITS, PARAMS, 0.1)
+    gone = [peer_at(4.0, 500.0, 500.0, 0.0)]
+    for _ in range(4):
+        memory, advice = keep_clear(own_at(), gone, memory, LIMITS, PARAMS, 0.1)
+        assert (advice.avoiding, advice.r_d) == (1.0, first.r_d)
+    memory, advice = keep_clear(own_at(), gone, memory, LIMITS, PARAMS, 0.1)
+    assert advice.avoiding == 0.0
+
+
+@pytest.mark.parametrize("dt", [0.02, 0.05, 0.1, 0.11, 0.13, 0.4, 0.9])
+def test_decisions_come_every_half_second_whatever_the_tick(dt: float) -> None:
+    memory, decisions, ticks = start_memory(0.0, 0), 0, int(200.0 / dt)
+    for _ in range(ticks):
+        before = memory.countdown
+        memory, _ = keep_clear(own_at(), [], memory, LIMITS, PARAMS, dt)
+        decisions += memory.countdown > before - dt
+    assert decisions == pytest.approx(min(400, ticks), abs=2)
+
+
+def test_the_turn_is_proportional_and_limited() -> None:
+    memory = msgspec.structs.replace(start_memory(0.0, 0), cx=0.0, cy=1.0, steers=1.0, avoiding=1.0, countdown=0.5)
+    _, far = keep_clear(own_at(chi=0.0), [], memory, LIMITS, PARAMS, 0.1)
+    _, near = keep_clear(own_at(chi=math.pi / 2 - 0.1), [], memory, LIMITS, PARAMS, 0.1)
+    assert far.r_d == LIMITS.yaw_rate_max_radps
+    assert near.r_d == pytest.approx(0.08)
+
+
+def test_a_wreck_close_ahead_brakes_and_one_close_astern_does_not() -> None:
+    # stopping segment 2 x 1 + 0.2 = 2.2 m; 5 m ahead leaves 2.8 < 3.2 m
+    _, ahead = decide(own_at(), peer_at(7.0, 5.0, 0.0, 0.0, 0.0, known=0.0))
+    _, astern = decide(own_at(), peer_at(7.0, -3.0, 0.0, 0.0, 0.0, known=0.0))
+    _, clear = decide(own_at(), peer_at(7.0, 5.5, 0.0, 0.0, 0.0, known=0.0))
+    assert (ahead.braking, ahead.u_d, ahead.avoiding) == (1.0, 0.0, 1.0)
+    assert (astern.braking, clear.braking) == (0.0, 0.0)
+
+
+def test_the_brake_works_between_decisions_and_names_its_vehicle() -> None:
+    memory = msgspec.structs.replace(start_memory(0.0, 1), countdown=0.5)
+    memory, advice = keep_clear(own_at(), [peer_at(7.0, 5.0, 0.0, 0.0, 0.0)], memory, LIMITS, PARAMS, 0.1)
+    assert (advice.braking, advice.target, memory.avoiding) == (1.0, 7.0, 0.0)
+
+
+def test_radii_scale_with_the_safety_radius() -> None:
+    assert for_radius(6.0) == PARAMS
+    assert for_radius(12.0).wanted_m == 15.0
+
+
+def test_pairs_follow_their_vehicle_by_number() -> None:
+    memory = msgspec.structs.replace(
+        start_memory(0.0, 2), pairs=(Pair(1.0, 0.0, 1.0, 0.0, 0.0), Pair(-1.0, 0.0, 1.0, 0.0, 0.0))
+    )
+    moved = align(memory, [2.0, 5.0], [1.0, 5.0])
+    assert moved.pairs == (fresh_pair(0.0), memory.pairs[1])
+
+
+@pytest.mark.parametrize("name", sorted(METHODS))
+def test_the_memory_of_every_method_goes_through_msgpack(name: str) -> None:
+    method = METHODS[name]
+    own, peers = own_at(), [peer_at(4.0, 9.0, 0.5, math.pi)]
+    memory, _ = method.keep_clear(own, peers, method.start(0.0, 1), LIMITS, method.params(6.0, "closest"), 0.1)
+    again = msgspec.msgpack.decode(msgspec.msgpack.encode(memory), type=method.memory)
+    assert again == memory
+    assert method.align(memory, [4.0], [4.0]) == memory
+    assert isinstance(again, ScoringMemory) == (name == "scoring")
