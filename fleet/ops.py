@@ -244,7 +244,7 @@ def _atan_at(k: Any) -> Any:
         return _ATAN_AT[int(k)] if k == k else k  # noqa: PLR0124 - NaN has no row
     import numpy as np
 
-    return np.take(np.array(_ATAN_AT), k.astype(np.intp), mode="clip")
+    return np.take(np.array(_ATAN_AT), np.nan_to_num(k).astype(np.intp), mode="clip")
 
 
 @overload
@@ -258,7 +258,7 @@ def atan2(y: Any, x: Any) -> Any:
     a, b = abs(y), abs(x)
     steep = a > b
     top, bottom = where(steep, b, a), where(steep, a, b)
-    t = top / where(bottom > 0.0, bottom, 1.0)
+    t = top / where(bottom <= 0.0, 1.0, bottom)  # a NaN stays
     k = (t * 4.0 + BIG) - BIG
     c = k * 0.25
     w = (t - c) / (1.0 + c * t)

@@ -9,7 +9,7 @@ import msgspec
 
 from fleet.agent.config import AgentConfig
 from fleet.agent.journal import set_up
-from fleet.agent.process import end_on_signals, run_agent
+from fleet.agent.process import end_on_signals, end_with_parent, run_agent
 from fleet.errors import FleetError
 
 
@@ -20,12 +20,7 @@ def main() -> int:
     end_on_signals(stop)
     set_up(config.boat)
     if "--with-parent" in sys.argv[2:]:
-
-        def watch() -> None:
-            sys.stdin.buffer.read()
-            stop.set()
-
-        threading.Thread(target=watch, name="parent", daemon=True).start()
+        end_with_parent(stop)
     try:
         run_agent(config, stop)
     except FleetError as error:

@@ -35,7 +35,9 @@ class AgentConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     record: str = ""  # file of the recording; "none": no recording; default: <state_dir>/recordings/<stamp>.mcap
     mission: str = ""  # a mission file to sail by itself, without an operator
     control_hz: Annotated[float, Meta(ge=1.0, le=100.0)] = 10.0
-    clock_error_ms: Annotated[float, Meta(ge=0.0)] = 50.0  # how wrong this machine's clock may be; GNSS or NTP: below 100
+    clock_error_ms: Annotated[float, Meta(ge=0.0)] = (
+        50.0  # how wrong this machine's clock may be; GNSS or NTP: below 100
+    )
     clock: ClockSpec = field(default_factory=ClockSpec)
     boot_id: str = ""  # default: the kernel's
     seed: int = 0  # of the simulated radio

@@ -253,7 +253,9 @@ class Picture:
         other.weight = min(1.0, other.weight + dt / RETURN_RAMP_S) if present else 0.0
         return other.weight
 
-    def peers(self, now_ns: int, gone: Callable[[str], bool], own: tuple[float, float], along: Along) -> list[Peer[float]]:
+    def peers(
+        self, now_ns: int, gone: Callable[[str], bool], own: tuple[float, float], along: Along
+    ) -> list[Peer[float]]:
         """Vehicles to keep clear of, by number; `gone` tells whose token is lost while our own link is up."""
         peers: list[Peer[float]] = []
         for other in sorted(self.others.values(), key=_number):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
+import os
 import signal
 import threading
 from collections.abc import Callable
@@ -124,3 +126,15 @@ def end_on_signals(stop: threading.Event) -> None:
     """SIGTERM and SIGINT end the process in good order."""
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: stop.set())
+
+
+def end_with_parent(stop: threading.Event) -> None:
+    """End when the pipe on stdin closes: a supervisor that was killed leaves nobody behind."""
+
+    def watch() -> None:
+        with contextlib.suppress(OSError):
+            while os.read(0, 4096):
+                pass
+        stop.set()
+
+    threading.Thread(target=watch, name="parent", daemon=True).start()

@@ -175,7 +175,9 @@ def step(
     keep, advice = method.keep_clear(own, peers, state.keep, limits, params.keep, dt)
 
     idle = fault | (order.goal == NEUTRAL) | (order.goal == STANDBY)
-    u_d, r_d = _setpoint(advice, ops.where(hold, station.r_d, f.r_d), idle, limits.speed_max_mps, limits.yaw_rate_max_radps)
+    u_d, r_d = _setpoint(
+        advice, ops.where(hold, station.r_d, f.r_d), idle, limits.speed_max_mps, limits.yaw_rate_max_radps
+    )
     mode = ops.select(
         (
             (order.goal == STANDBY, float(Mode.STANDBY)),

@@ -121,7 +121,11 @@ def _priced(threat: Threat[R], t: R, c_sq: R, m: R) -> Meeting[R]:
 
 
 def meet_on_legs(threat: Threat[R], way: Legs[R]) -> Meeting[R]:
-    """The nearest moment on the two legs of the way back to the path; on the first alone where it outlasts the horizon."""
+    """The nearest moment on the way back to the path and along it.
+
+    The first leg counts from t0 to t1, the second from there to the horizon; a first leg that outlasts the horizon is
+    the only one, and one that ends before t0 does not count.
+    """
     qx, qy = way.ux - threat.vx, way.uy - threat.vy
     two = way.t1 < threat.horizon
     end = ops.where(two, way.t1, threat.horizon)

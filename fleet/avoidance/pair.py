@@ -108,7 +108,8 @@ def judge(
 
     On conflict an open side becomes +1 (the common sense of turning: each leaves the other to port); -1 only where the
     peer is already more than R_s/2 on the other side and it is late or the peer is unknown. The side is kept until the
-    peer opens beyond R_s. Companions have no side.
+    peer opens beyond R_s. Companions have no side. Yielding to another vehicle starts its escort timer anew: both are
+    slow then and would count as escorting still (of 62 meetings of 16 boats one came to 4.96 m, 6.22 m with it).
 
     Args:
         cos_chi, sin_chi: unit vector of the own course
@@ -146,6 +147,7 @@ def judge(
     too_long = ops.flag(escort > ops.where(together, params.escort_companion_s, params.escort_other_s), miss)
     if ops.some(too_long == 1.0):
         too_long = too_long * _yields(cos_chi, sin_chi, peer, seen, params)
+        escort = ops.where((too_long == 1.0) & ops.no(together), 0.0, escort)
     return Judged(
         Pair(side, stand_on, conflict, companion, escort),
         horizon,
@@ -201,7 +203,7 @@ def _escort(own: Own[R], cos_chi: R, sin_chi: R, w: R, seen: View[R], pair: Pair
 
 
 def _yields(cos_chi: R, sin_chi: R, peer: Peer[R], seen: View[R], params: ScoringParams) -> R:
-    """1 for the one of two escorting boats that yields: the peer lies to starboard, or is not itself held off its path."""
+    """1 for the one of two escorting boats that yields: the peer lies to starboard, or is itself not held off."""
     cos_held = ops.sincos(params.held_off_rad)[1]
     starboard = cos_chi * seen.dy - sin_chi * seen.dx > 0.0
     its_way = peer.gx * peer.vx + peer.gy * peer.vy >= cos_held * seen.speed

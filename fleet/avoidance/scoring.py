@@ -182,8 +182,9 @@ def _plan(own: Own[R], cruise: R, threats: tuple[Threat[R], ...], avoiding: R, p
     most, target, side = none, ops.full(own.x, -1.0), none
     way = legs(own, cruise)
     extra = avoiding * params.hysteresis_m
+    grown = ops.some(extra > 0.0)  # by 0 m it would be the same threat
     for each in threats:
-        met = meet_on_legs(widened(each, extra, params), way)
+        met = meet_on_legs(widened(each, extra, params) if grown else each, way)
         worst, hardest = ops.maximum(worst, met.soft), ops.maximum(hardest, met.hard)
         crowd, wrong = crowd + met.soft, wrong + met.wrong
         part = total(none, met.soft, met.soft, met.hard, met.wrong, params)

@@ -56,7 +56,7 @@ def speed_of(u_d: R, factor: R | float, u_min: float, params: ScoringParams) -> 
     return ops.maximum(factor * ops.maximum(u_d, params.least_cruise_mps), u_min)
 
 
-def search(  # noqa: PLR0914 - one loop, its names are those of the formula
+def search(
     own: Own[R],
     threats: tuple[Threat[R], ...],
     turned: R,

@@ -25,9 +25,9 @@ class FollowParams(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     k2_per_s: Annotated[float, Meta(gt=0.0, le=5.0)] = 1.0  # how fast the target runs after the boat
     psi_a_rad: Annotated[float, Meta(gt=0.0, lt=1.5708)] = 1.05  # approach angle far from the path
     k_phi_per_m: Annotated[float, Meta(gt=0.0, le=5.0)] = 0.20  # how early the approach bends onto the path
-    # The target moves no faster, either way. From the centre of a 15 m circle at 1 to 1.5 m/s, without a limit, it peaks
-    # at 6.4 to 9.4 m/s; limited to 2, 3, 5.5 m/s the unicycle is on the circle in 26 s all the same, the Otter in 43,
-    # 40, 30 s. What a limit buys: a bounded feed-forward c s_dot, and no leap of the target past a peer's.
+    # The target moves no faster than this, either way, which bounds the feed-forward c s_dot. From the centre of a 15 m
+    # circle at 1 to 1.5 m/s it would peak at 6.4 to 9.4 m/s; limited to 2, 3 or 5.5 m/s the unicycle is on the circle
+    # in 26 s all the same, the Otter in 43, 40 and 30 s.
     s_dot_max_mps: Annotated[float, Meta(ge=2.0, le=50.0)] = 5.5
 
 

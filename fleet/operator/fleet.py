@@ -1,7 +1,7 @@
 """A fleet as an operator's script sees it.
 
-    with Fleet("demo", connect=["tcp/127.0.0.1:7447"], operator="anna") as fleet:
-        print(fleet.set_spacing(-20.0).lines())
+with Fleet("demo", connect=["tcp/127.0.0.1:7447"], operator="anna") as fleet:
+    print(fleet.set_spacing(-20.0).lines())
 """
 
 from __future__ import annotations
@@ -120,7 +120,9 @@ class Fleet:
         self._bus.listen((keys.STATE, keys.STATUS, keys.EVENT))
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self._bus.close()
 
     # -- the picture -----------------------------------------------------------------------------------------------
@@ -259,7 +261,11 @@ class Fleet:
                 formation = decode_formation(held.order) if held.order is not None else None
             except Refused:
                 continue
-            if formation is not None and formation.mission_id == newest.mission_id and newest.revision < formation.revision:
+            if (
+                formation is not None
+                and formation.mission_id == newest.mission_id
+                and newest.revision < formation.revision
+            ):
                 newest = Change(
                     newest.mission_id,
                     newest.roster,

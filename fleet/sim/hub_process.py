@@ -5,8 +5,7 @@ from __future__ import annotations
 import sys
 import threading
 
-from fleet.agent.process import end_on_signals
-from fleet.sim.world_process import end_with_parent
+from fleet.agent.process import end_on_signals, end_with_parent
 from fleet.wire.zenoh_bus import run_hub
 
 

@@ -58,6 +58,7 @@ class Processes:
         self._boats, self._seed, self._record, self._hz = boats, seed, record, control_hz
         self._children: dict[str, subprocess.Popen[bytes]] = {}
         self._logs: list[IO[bytes]] = []
+        self._pids: list[int] = []
         self._world_port = 0
         self._hub_port = hub_port or free_port()
         self._ports = {boat: free_port() for boat in boats} if topology == "routed" else {}
@@ -78,6 +79,7 @@ class Processes:
 
     def _spawn(self, name: str, *argv: str, answers: bool = False) -> str:
         """Start a Python module; the first line it prints, if it answers."""
+        self._forget_pipes(self._children.get(name))
         log = (self.folder / "logs" / f"{name}.log").open("ab")
         self._logs.append(log)
         child = subprocess.Popen(
@@ -88,6 +90,7 @@ class Processes:
             start_new_session=True,
         )
         self._children[name] = child
+        self._pids.append(child.pid)
         if not answers:
             return ""
         assert child.stdout is not None
@@ -137,7 +140,19 @@ class Processes:
             keep_alive=4,
         )
 
+    @staticmethod
+    def _forget_pipes(child: subprocess.Popen[bytes] | None) -> None:
+        for pipe in (child.stdin, child.stdout) if child is not None else ():
+            if pipe is not None:
+                with contextlib.suppress(OSError):
+                    pipe.close()
+
     # -- what may happen to them -----------------------------------------------------------------------------------
+    @property
+    def pids(self) -> list[int]:
+        """Process ids of all that were started, those replaced by a new start too."""
+        return list(self._pids)
+
     def pid(self, name: str) -> int:
         """Process id of `hub`, `world` or a boat."""
         return self._children[name].pid
@@ -169,9 +184,6 @@ class Processes:
             if child.poll() is None:
                 child.kill()
                 child.wait()
-            for pipe in (child.stdin, child.stdout):
-                if pipe is not None:
-                    with contextlib.suppress(OSError):
-                        pipe.close()
+            self._forget_pipes(child)
         for log in self._logs:
             log.close()

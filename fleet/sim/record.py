@@ -18,7 +18,9 @@ FIX_NS = 500_000_000
 class RunRecorder:
     """Writes `run.mcap`."""
 
-    def __init__(self, run: Run, plan: Plan, name: str, header: dict[str, str], mission_text: bytes, record: bool) -> None:
+    def __init__(
+        self, run: Run, plan: Plan, name: str, header: dict[str, str], mission_text: bytes, record: bool
+    ) -> None:
         self._plan = plan
         self._offsets = {boat.name: boat.slot for boat in plan.boats}
         self._formation: dict[str, tuple[float, float]] = {}
@@ -112,6 +114,3 @@ class RunRecorder:
         }
         message = topics.Command(stamp_ns=now_ns, command=outcome.command, old=outcome.old, new=outcome.new, acks=acks)
         self.recording.put(topics.COMMAND, now_ns, topics.encode(message))
-
-
-

@@ -107,16 +107,14 @@ class Sailing:
         self._truth = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._truth.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4 << 20)
         self._truth.setblocking(False)
-        self._start_ns = 0
+        self.start_ns = 0
         self._progress: Progress | None = None
 
     def sail(self) -> Path:
         """Sail to the end; the run's folder. FleetError when it could not be begun."""
         try:
             self._start()
-            with Fleet(
-                FLEET, connect=self.processes.connect, operator=OPERATOR, timeout_s=max(ROOM_S, 1.0)
-            ) as fleet:
+            with Fleet(FLEET, connect=self.processes.connect, operator=OPERATOR, timeout_s=max(ROOM_S, 1.0)) as fleet:
                 self._progress = Progress(
                     self._plan, fleet, self.run, self.processes.connect, duration_s=self._mission.duration_s
                 )
@@ -152,7 +150,9 @@ class Sailing:
                 log = self.run.folder / "logs" / f"{died[0]}.log"
                 raise FleetError(f"the agent of {died[0]} ended while starting: see {log}")
             if time.monotonic() > deadline:
-                raise NobodyReachable(f"{', '.join(missing)}: not ready after {READY_S:g} s; see {self.run.folder}/logs")
+                raise NobodyReachable(
+                    f"{', '.join(missing)}: not ready after {READY_S:g} s; see {self.run.folder}/logs"
+                )
             self._show("starting")
         apply_in_s = max(LEAD_S, 0.3 * self._options.warp)
         launched_ns = self._clock.now_ns()
@@ -161,13 +161,13 @@ class Sailing:
         refused = [f"{boat}: {why}" for boat, why in outcome.refused.items() if boat in present]
         if refused:
             raise FleetError("launch refused by " + "; ".join(refused))
-        self._start_ns = launched_ns + int(apply_in_s * 1e9)
+        self.start_ns = launched_ns + int(apply_in_s * 1e9)
 
     # -- under way -------------------------------------------------------------------------------------------------
     def _follow(self, fleet: Fleet) -> None:
         events = sorted(self._mission.timeline, key=lambda event: event.at_s)
         while True:
-            t_s = (self._clock.now_ns() - self._start_ns) * 1e-9
+            t_s = (self._clock.now_ns() - self.start_ns) * 1e-9
             while events and events[0].at_s <= t_s:
                 self._act(events.pop(0), fleet)
             self._drain(fleet)
@@ -248,4 +248,3 @@ class Sailing:
         if self._progress is not None:
             self._progress.note = note
             self._watcher(self._progress)
-

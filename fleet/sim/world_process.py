@@ -13,7 +13,7 @@ import msgspec
 from msgspec import Struct
 
 from fleet.agent.clock import ClockSpec, SystemClock
-from fleet.agent.process import end_on_signals
+from fleet.agent.process import end_on_signals, end_with_parent
 from fleet.drivers.simulated import Sensed, Setpoint
 from fleet.mission.load import decode
 from fleet.mission.plan import build
@@ -144,16 +144,6 @@ def main(spec_json: str) -> None:
         process.run(stop)
     finally:
         process.close()
-
-
-def end_with_parent(stop: threading.Event) -> None:
-    """End when the pipe on stdin closes: a supervisor that was killed leaves nobody behind."""
-
-    def watch() -> None:
-        sys.stdin.buffer.read()
-        stop.set()
-
-    threading.Thread(target=watch, name="parent", daemon=True).start()
 
 
 if __name__ == "__main__":

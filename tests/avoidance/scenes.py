@@ -129,7 +129,7 @@ owns = st.builds(
 )
 
 
-def peers_of(number: float, present: st.SearchStrategy[float] = st.just(1.0)) -> st.SearchStrategy[Peer[float]]:
+def peers_of(number: float) -> st.SearchStrategy[Peer[float]]:
     """A peer of that number, near enough to matter."""
     return st.builds(
         peer_at,
@@ -142,7 +142,6 @@ def peers_of(number: float, present: st.SearchStrategy[float] = st.just(1.0)) ->
         gamma=angles,
         chi_p=angles,
         u_d=speeds,
-        present=present,
         sigma=st.sampled_from([0.0, 1.5]),
         widen=st.sampled_from([0.0, 1.0]),
     )

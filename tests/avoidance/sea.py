@@ -31,6 +31,7 @@ class Fleet:
     speed: np.ndarray  # wanted, and at the start [m/s]
     length: np.ndarray  # of the path [m]
     deaf: tuple[int, ...] = ()  # boats that do not keep clear
+    silent: tuple[int, ...] = ()  # boats that publish no plan, only where they are
     y_e: np.ndarray | None = None  # initial cross-track error [m]
 
 
@@ -106,6 +107,8 @@ def sail(
     state: tuple[Any, ...] = (x0 - start * ty, y0 + start * tx, chi_p, u_d, np.zeros(lanes))
     number = np.repeat(np.arange(boats, dtype=float), cases)
     hears = np.repeat(np.array([0.0 if i in fleet.deaf else 1.0 for i in range(boats)]), cases)
+    silent = np.repeat(np.array([1.0 if i in fleet.silent else 0.0 for i in range(boats)]), cases)
+    known = columns(1.0 - silent)
     ones, zeros = np.ones(lanes), np.zeros(lanes)
     memory = method.start(zeros, boats - 1)
     nominal = (flat(fleet.length) / np.maximum(u_d, 1e-9)).reshape(boats, cases)
@@ -129,14 +132,22 @@ def sail(
         sin_psi, cos_psi = ops.sincos(psi)
         vx, vy = u * cos_psi, u * sin_psi
         own = Own(x, y, vx, vy, psi, gx, gy, u_d, tx, ty, y_e, ones * 1e3, zeros)
-        told = zip(*(columns(v) for v in (x, y, vx, vy, gx, gy, u_d, tx, ty)), strict=True)
+        plan = [(gx, cos_psi), (gy, sin_psi), (u_d, u), (tx, cos_psi), (ty, sin_psi)]
+        told = zip(
+            *(columns(v) for v in (x, y, vx, vy)),
+            *(columns(np.where(silent == 1.0, seen, said)) for said, seen in plan),
+            strict=True,
+        )
         peers = [
-            Peer(n, ones, px, py, pvx, pvy, ones, pgx, pgy, pu, ptx, pty, ones * 1e3, zeros, zeros)
-            for n, (px, py, pvx, pvy, pgx, pgy, pu, ptx, pty) in zip(numbers, told, strict=True)
+            Peer(n, ones, px, py, pvx, pvy, k, pgx, pgy, pu, ptx, pty, ones * 1e3, zeros, zeros)
+            for n, k, (px, py, pvx, pvy, pgx, pgy, pu, ptx, pty) in zip(numbers, known, told, strict=True)
         ]
         for peer in peers:
             d = ops.hypot(peer.x - x, peer.y - y).reshape(boats, cases).min(axis=0)
             least[:] = np.minimum(least, d)
+        if len(fleet.deaf) == boats:
+            state = hull(state, u_d, r_path, limits)
+            continue
         memory, advice = method.keep_clear(own, peers, memory, limits, params, TICK_S)
         if watch is not None:
             watch(tick, own, peers, memory, advice)
@@ -151,7 +162,7 @@ def sail(
 
 
 def meeting(boats: int, cases: int, seed: int, before_s: float = 70.0, apart_m: float = 20.0) -> Fleet:
-    """Straight paths of random heading and speed 0.7-1.5 m/s that meet near one point within 3 s, started well apart."""
+    """Straight paths of random heading and speed 0.7-1.5 m/s that meet near one point within 3 s, starts well apart."""
     rng = np.random.default_rng(seed)
     chi, speed = np.empty((boats, 0)), np.empty((boats, 0))
     before = np.empty((boats, 0))

@@ -9,11 +9,11 @@ import pytest
 
 from fleet.avoidance import METHODS
 from fleet.avoidance.cost import legs
-from fleet.avoidance.pair import Pair, fresh_pair, judge, view
+from fleet.avoidance.pair import Judged, Pair, fresh_pair, judge, view
 from fleet.avoidance.params import ScoringParams, for_radius
 from fleet.avoidance.scoring import ScoringMemory, align, keep_clear, start_memory
 from fleet.avoidance.search import candidates, speed_of
-from fleet.avoidance.types import Own, Peer
+from fleet.avoidance.types import Advice, Own, Peer
 from fleet.guidance.limits import Limits
 from tests.avoidance.scenes import own_at, peer_at
 
@@ -21,11 +21,11 @@ LIMITS = Limits()
 PARAMS = ScoringParams()
 
 
-def decide(own: Own[float], *peers: Peer[float]):  # noqa: ANN202
+def decide(own: Own[float], *peers: Peer[float]) -> tuple[ScoringMemory[float], Advice[float]]:
     return keep_clear(own, peers, start_memory(0.0, len(peers)), LIMITS, PARAMS, 0.1)
 
 
-def judged(own: Own[float], peer: Peer[float], pair: Pair[float] | None = None):  # noqa: ANN202
+def judged(own: Own[float], peer: Peer[float], pair: Pair[float] | None = None) -> Judged[float]:
     seen = view(own, peer, PARAMS)
     speed = math.hypot(own.vx, own.vy)
     return judge(own, math.cos(own.chi), math.sin(own.chi), speed, peer, seen, pair or fresh_pair(0.0), PARAMS)
@@ -128,6 +128,15 @@ def test_of_two_escorting_boats_the_one_with_the_other_to_starboard_yields() -> 
     starboard_boat = judged(own_at(gamma=-0.4, y_e=3.0), peer_at(1.0, 0.0, -8.0, 0.0, gamma=0.4), long)
     assert (port_boat.yield_companion, starboard_boat.yield_companion) == (1.0, 0.0)
     assert port_boat.yield_other == 0.0
+
+
+def test_the_escort_timer_starts_anew_once_the_boat_yields_to_another_vehicle() -> None:
+    long = Pair(0.0, 0.0, 0.0, 0.0, 45.0)
+    own, peer = own_at(gamma=0.4, y_e=-3.0), peer_at(1.0, 0.0, 8.0, 0.0, gamma=-0.4, u_d=0.6)
+    yields = judged(own, peer, long)
+    assert (yields.yield_other, yields.yield_companion, yields.pair.escort) == (1.0, 0.0, 0.0)
+    kept = judged(own, peer, Pair(0.0, 0.0, 0.0, 0.0, 30.0))
+    assert (kept.yield_other, kept.pair.escort) == (0.0, 30.5)
 
 
 def test_yielding_to_a_companion_is_a_quarter_of_the_speed() -> None:

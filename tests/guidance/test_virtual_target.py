@@ -160,7 +160,7 @@ def test_from_the_centre_of_a_circle_the_boat_finds_it(heading: float) -> None:
     assert math.hypot(seen[-1][1].x, seen[-1][1].y) == pytest.approx(15.0, abs=0.01)
 
 
-def test_a_sine_is_followed_within_a_decimetre() -> None:
+def test_a_sine_is_followed_within_two_decimetres() -> None:
     path = sine((0.0, 0.0), (300.0, 0.0), 10.0, 80.0)
     p = path.at(0.0)
     seen = sail("unicycle", path, HULLS["unicycle"].start(0.0, 0.0, math.atan2(p.ty, p.tx), 1.0), 1.0, 200.0)

@@ -1,0 +1,69 @@
+"""`step` and the codec: CPU of one call, in units of the calibration loop."""
+
+from __future__ import annotations
+
+from bench.scenes import boat_state, column, due
+from bench.table import Row, Table
+from bench.timing import CALIBRATION, timed
+from fleet.agent.modes import Reason
+from fleet.wire.codec import decode_state, encode
+
+PEERS = (1, 4, 10, 50)
+STEP_AIM_US = {10: 60.0, 50: 100.0}
+DECIDE_AIM_US = 1000.0
+
+
+def step_rows(table: Table, quick: bool) -> None:
+    """One boat's `step`; the aims are stated for the reference machine and scale with the calibration loop."""
+    repetitions = 9 if quick else 25
+    for method in ("scoring", "circle"):
+        for peers in PEERS:
+            scene = column(method, peers)
+            assert scene.tick()[1].avoiding == 0.0
+            t = timed(scene.tick, repetitions)
+            aim = STEP_AIM_US.get(peers)
+            table.add(_row(f"{method}, {peers} peers, nobody in conflict", t, aim, "50 near" if peers == 50 else ""))
+    for peers in PEERS:
+        free = due(column("scoring", peers))
+        assert free.tick()[0].keep.countdown > free.dt
+        t = timed(free.tick, repetitions)
+        table.add(_row(f"scoring, {peers} peers, deciding, course free", t, DECIDE_AIM_US if peers <= 10 else None))
+    for peers in PEERS:
+        searching = due(column("scoring", peers, conflict=True))
+        assert searching.tick()[1].avoiding == 1.0
+        t = timed(searching.tick, repetitions)
+        table.add(_row(f"scoring, {peers} peers, deciding, searching", t, DECIDE_AIM_US if peers <= 10 else None))
+    blocked = column("circle", 10, conflict=True)
+    blocked.peers[-1] = type(blocked.peers[-1])(  # 9 m ahead: inside the range at which the circle acts
+        **{f: getattr(blocked.peers[-1], f) for f in blocked.peers[-1].__struct_fields__ if f != "x"}, x=5009.0
+    )
+    t = timed(blocked.tick, repetitions)
+    note = "avoiding" if blocked.tick()[1].avoiding else "not avoiding"
+    table.add(_row("circle, 10 peers, one head-on", t, DECIDE_AIM_US, note))
+
+
+def _row(name: str, t: object, aim: float | None, note: str = "", group: str = "step of one boat, CPU") -> Row:
+    return Row(
+        group=group,
+        name=name,
+        value=t.us,
+        unit="us",
+        ratio=t.ratio,
+        over=CALIBRATION,
+        aim=aim,
+        scale=t.scale,
+        note=note,
+    )
+
+
+def codec_rows(table: Table, quick: bool) -> None:
+    """BoatState out and in."""
+    repetitions = 9 if quick else 25
+    state = boat_state()
+    payload = encode(state)
+    group = f"codec of BoatState ({len(payload)} bytes), CPU"
+    table.add(_row("encode", timed(lambda: encode(state), repetitions), None, group=group))
+    table.add(_row("decode and check", timed(lambda: decode_state(payload, "b7"), repetitions), None, group=group))
+    _ = Reason
+
+
