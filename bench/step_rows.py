@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from msgspec import structs
+
 from bench.scenes import boat_state, column, due
 from bench.table import Row, Table
-from bench.timing import CALIBRATION, timed
-from fleet.agent.modes import Reason
+from bench.timing import CALIBRATION, Timed, timed
 from fleet.wire.codec import decode_state, encode
 
 PEERS = (1, 4, 10, 50)
@@ -34,15 +35,14 @@ def step_rows(table: Table, quick: bool) -> None:
         t = timed(searching.tick, repetitions)
         table.add(_row(f"scoring, {peers} peers, deciding, searching", t, DECIDE_AIM_US if peers <= 10 else None))
     blocked = column("circle", 10, conflict=True)
-    blocked.peers[-1] = type(blocked.peers[-1])(  # 9 m ahead: inside the range at which the circle acts
-        **{f: getattr(blocked.peers[-1], f) for f in blocked.peers[-1].__struct_fields__ if f != "x"}, x=5009.0
-    )
+    near = structs.replace(blocked.peers[-1], x=blocked.nav.x + 9.0)  # within 2 R: the circle acts
+    blocked.peers[-1] = near
     t = timed(blocked.tick, repetitions)
     note = "avoiding" if blocked.tick()[1].avoiding else "not avoiding"
     table.add(_row("circle, 10 peers, one head-on", t, DECIDE_AIM_US, note))
 
 
-def _row(name: str, t: object, aim: float | None, note: str = "", group: str = "step of one boat, CPU") -> Row:
+def _row(name: str, t: Timed, aim: float | None, note: str = "", group: str = "step of one boat, CPU") -> Row:
     return Row(
         group=group,
         name=name,
@@ -64,6 +64,3 @@ def codec_rows(table: Table, quick: bool) -> None:
     group = f"codec of BoatState ({len(payload)} bytes), CPU"
     table.add(_row("encode", timed(lambda: encode(state), repetitions), None, group=group))
     table.add(_row("decode and check", timed(lambda: decode_state(payload, "b7"), repetitions), None, group=group))
-    _ = Reason
-
-

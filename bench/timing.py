@@ -9,14 +9,14 @@ from collections.abc import Callable
 
 from msgspec import Struct
 
-REFERENCE_US = 40.0  # the calibration loop on the machine for which the budgets are stated
+REFERENCE_US = 13.0  # the calibration loop on the machine for which the budgets are stated
 CALIBRATION = "calibration"
 
 
 def calibration() -> float:
-    """A thousand steps of plain float arithmetic, as laws are made of: the unit of speed of this machine, now."""
+    """A hundred steps of plain float arithmetic, as laws are made of: the unit of speed of this machine, now."""
     x, y = 1.0, 0.5
-    for k in range(1000):
+    for k in range(100):
         x = 0.5 * (x + y) + 1e-9 * k
         y = x * y - 0.25 * y if x > y else y + 0.125
     return x
@@ -52,9 +52,9 @@ def timed(work: Callable[[], object], repetitions: int = 25, batch_us: float = 3
         spent: list[float] = []
         units: list[float] = []
         for _ in range(repetitions):
-            before = _spent_us(calibration, 10)
+            before = _spent_us(calibration, 50)
             spent.append(_spent_us(work, times))
-            units.append(0.5 * (before + _spent_us(calibration, 10)))
+            units.append(0.5 * (before + _spent_us(calibration, 50)))
     finally:
         gc.enable()
     quotients = [us / unit for us, unit in zip(spent, units, strict=True)]

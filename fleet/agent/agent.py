@@ -36,6 +36,7 @@ NAVIGATION_STALE_S = 1.0
 STATES_A_TICK = 256  # of one sender
 SAVE_S = 1.0
 STUCK_S = 10.0
+DRIVER_AGAIN_S = 1.0
 OUT_OF_REACH_S = 60.0
 LONGEST_TICK_S = 1.0
 
@@ -66,6 +67,7 @@ class Agent:
         self.orders = Orders(boat, simulated=driver.simulated, version=__version__)
         self.orders.forget = self._forget
         self.orders.resume_at = self._resume_at
+        self.orders.abscissas = self._abscissas
         self.plane: Plane | None = None
         self.picture = Picture(boat, self._to_local, control_hz)
         self.picture.own_clock_ns = clock_ns
@@ -91,6 +93,8 @@ class Agent:
         self._saved_stops: tuple[str, ...] = ()
         self._stuck_s = self._late_s = 0.0
         self._driver_trouble = ""
+        self._driver_failed_ns = 0
+        self.may_speak = True  # False until nobody else is known to be alive under this name
         self._set_params(None)
 
     # -- set-up ----------------------------------------------------------------------------------------------------
@@ -311,7 +315,8 @@ class Agent:
     def _order(self, goal: Goal) -> Order[float]:
         sailing, limits = self.orders.sailing, self.params.limits
         if sailing is None:
-            return Order(float(goal), 0.0, 0.0, limits.speed_min_mps, limits.speed_max_mps, 0.3, courses.ENDLESS)
+            slow, fast = limits.speed_min_mps, limits.speed_max_mps
+            return Order(float(goal), 0.0, 0.5 * (slow + fast), slow, fast, 0.3, self.course.path.length)
         formation, boat = sailing.formation, sailing.plan.boats[sailing.number]
         if self.course.kind == "mission":
             s_end = courses.end_abscissa(sailing.plan, sailing.number, formation.spacing_m)
@@ -403,6 +408,19 @@ class Agent:
                 why |= Reason.PEER_ELSEWHERE
         return why
 
+    def _abscissas(self) -> dict[str, float]:
+        """Where this boat and those that it hears are on their paths, for the check of a change."""
+        sailing = self.orders.sailing
+        if sailing is None or self.course.kind != "mission":
+            return {}
+        now_ns, mission_id = self._last_ns, sailing.order.mission_id
+        found = {self.boat: self.state.s}
+        for other in self.picture.others.values():
+            track = other.track
+            if track is not None and other.name in self.picture.roster and track.state.mission_id == mission_id:
+                found[other.name] = self.picture.abscissa(other, track, now_ns)
+        return found
+
     # -- acting ----------------------------------------------------------------------------------------------------
     def _drive(self) -> None:
         """The decision to the hardware; somebody else's command is not fought."""
@@ -411,8 +429,10 @@ class Agent:
             return
         if self.decision.powered > 0.5:
             self._driver_trouble = self.driver.write(self.decision.u_d, self.decision.r_d)
-        else:
-            self.driver.neutral()
+            self._driver_failed_ns = self._last_ns
+            return
+        self.driver.neutral()
+        if (self._last_ns - self._driver_failed_ns) * 1e-9 >= DRIVER_AGAIN_S:
             self._driver_trouble = ""
 
     def _resume_at(self, text: str) -> str:

@@ -71,6 +71,7 @@ class Orders:
         self.changed = True  # something that must survive a restart
         self.forget: Callable[[tuple[str, ...]], list[str]] = lambda names: []
         self.resume_at: Callable[[str], str] = lambda text: ""
+        self.abscissas: Callable[[], dict[str, float]] = dict
         self._answered: dict[str, Ack] = {}
         self._rulings: Mapping[str, Callable[[Command, int], Ruling]] = {
             "launch": self._launch,
@@ -190,7 +191,7 @@ class Orders:
             return Ruling(False, f"revision {order.revision} of {command.operator} does not follow {held}")
         if order.revision.counter > held.counter + LARGEST_JUMP:
             return Ruling(False, f"revision {order.revision} is more than {LARGEST_JUMP} ahead of {held}")
-        problems = check_formation(sailing.plan, order.spacing_m, order.cruise_mps)
+        problems = check_formation(sailing.plan, order.spacing_m, order.cruise_mps, self.abscissas())
         if problems:
             return Ruling(False, "; ".join(problems), safety=True)
         old = _formation_words(sailing.pending or sailing.formation)
@@ -221,7 +222,10 @@ class Orders:
         if problems:
             return "; ".join(problems)
         rival = sailing.pending or sailing.formation
-        if order.based_on < held and rival.revision.counter >= order.revision.counter:
+        descends = order.based_on == held or (
+            order.based_on.operator == held.operator and order.based_on.counter > held.counter
+        )
+        if held.counter > 0 and not descends:
             self.note(
                 "superseded",
                 f"{_formation_words(rival)} (revision {rival.revision}) gives way to "

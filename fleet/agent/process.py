@@ -50,7 +50,7 @@ class Announcer:
         self._stop = threading.Event()
         self._done = False
         self._thread = threading.Thread(target=self._run, name="announce", daemon=True)
-        agent.name_taken = False
+        agent.may_speak = False
 
     def start(self) -> None:
         """Begin."""
@@ -65,6 +65,7 @@ class Announcer:
             self._agent.name_taken = not alone
             if alone:
                 self._bus.announce()
+                self._agent.may_speak = True
                 log.info("ready", extra={"event": "ready"})
                 return
             log.warning("another boat is alive under this name: standing by", extra={"event": "name-taken"})

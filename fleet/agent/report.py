@@ -118,7 +118,7 @@ class Reporter:
     def report(self, now_ns: int, goal: Goal, dt: float) -> None:  # noqa: ARG002 - what every tick knows
         """Publish the state; status and events as they fall due."""
         agent = self._agent
-        if agent.reading.stamp_ns and math.isfinite(agent.reading.lat_deg + agent.reading.lon_deg):
+        if agent.may_speak and agent.reading.stamp_ns and math.isfinite(agent.reading.lat_deg + agent.reading.lon_deg):
             agent.bus.put_state(encode(self._boat_state(now_ns)))
         self._note_changes()
         changed = bool(agent.orders.notes)

@@ -36,6 +36,11 @@ class Resumption:
             orders.control = self._kept.control
             orders.known_missions = dict.fromkeys(self._kept.known_missions)
 
+    @property
+    def pending(self) -> bool:
+        """Whether there is a mission on disk that has not been considered yet."""
+        return self._open and self._kept is not None and self._kept.mission is not None
+
     def consider(self, now_ns: int) -> None:
         """Once the boat knows where it is: take up the mission on disk, or stand by with it and say why."""
         agent = self._agent

@@ -101,14 +101,17 @@ class Desk:
             if sailing.held < state.held:
                 self._ask(state.boat, keys.FORMATION, now_ns)
         elif (
-            sailing is None
-            and orders.goal == Goal.STANDBY
-            and not orders.stops
+            self._stands_by()
             and state.mission_id
             and state.mission_id not in orders.known_missions
             and state.mode in (Mode.FOLLOW, Mode.AVOID, Mode.HOLD, Mode.ALONE, Mode.STANDBY)
         ):
             self._ask(state.boat, keys.MISSION, now_ns)
+
+    def _stands_by(self) -> bool:
+        """Free for a mission that neighbours sail: without one, or with one that was not resumed."""
+        orders = self._agent.orders
+        return orders.goal == Goal.STANDBY and not orders.stops and not self._agent.resumption.pending
 
     def _ask(self, boat: str, what: str, now_ns: int) -> None:
         if now_ns - self._asked_ns.get((boat, what), -(10**18)) < ASK_AGAIN_S * 1e9:
@@ -134,12 +137,14 @@ class Desk:
                 self.refused[f"formation from {answer.boat}: {problem}"] += 1
             return
         orders = agent.orders
-        if orders.sailing is not None or orders.goal != Goal.STANDBY:
+        if not self._stands_by():
             return
         problem, sailing = orders.read_mission(held.order, now_ns)
         if sailing is None:
             self.refused[f"mission from {answer.boat}: {problem}"] += 1
-        elif sailing.order.mission_id not in orders.known_missions:
+        elif sailing.order.mission_id not in orders.known_missions and not (
+            orders.sailing is not None and sailing.order.stamp_ns < orders.sailing.order.stamp_ns
+        ):
             sailing.starts_ns = now_ns + int(min(max(held.remaining_s, 0.0), sailing.order.apply_in_s) * 1e9)
             orders.begin(sailing, Goal.FOLLOW)
 

@@ -45,10 +45,10 @@ class Troubles:
         if seen.driver_trouble:
             return Goal.NEUTRAL, why | Reason.DRIVER
         sailing = orders.sailing
-        if sailing is None and orders.goal != Goal.HOLD:
+        if sailing is None and orders.goal not in (Goal.HOLD, Goal.RETURN):
             return Goal.STANDBY, why | Reason.NO_MISSION
         if sailing is None:
-            return Goal.HOLD, why
+            return orders.goal, why
         mission = sailing.plan.mission
         if seen.battery_percent < mission.battery.critical_percent:
             return Goal.NEUTRAL, why | Reason.BATTERY_CRITICAL

@@ -87,7 +87,10 @@ class RadioBus:
 
     def poll_requests(self, bound: int) -> list[Request]:
         """Requests whose delay has passed; a lost one is never answered."""
-        for request in self._bus.poll_requests(bound):
+        polled = self._bus.poll_requests(bound)
+        if not polled and not self._requests:
+            return polled
+        for request in polled:
             if self._lost(request.what):
                 request.drop()
             else:
@@ -96,7 +99,10 @@ class RadioBus:
 
     def poll_answers(self) -> list[Answer]:
         """Answers whose delay has passed."""
-        for answer in self._bus.poll_answers():
+        polled = self._bus.poll_answers()
+        if not polled and not self._answers:
+            return polled
+        for answer in polled:
             if not self._lost(answer.boat):
                 heapq.heappush(self._answers, (self._due(), self._drawn, answer))
         return [answer for _, answer in self._fetch(self._answers)]

@@ -27,6 +27,7 @@ Topology = Literal["hub", "routed", "mesh"]
 RING = 256  # states of one peer kept between two ticks
 REQUESTS = 512
 MOST_PEERS = 128
+LINK_LOOK_NS = 20_000_000  # so long the answer to `link_up` holds: asking costs 25 us, a tick asks five times
 
 
 class LinkConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -91,6 +92,9 @@ class ZenohBus:
         self._answers: deque[Answer] = deque(maxlen=REQUESTS)
         self._alive: dict[str, bool] = {}
         self._operators: dict[str, bool] = {}
+        self._boats_up: frozenset[str] = frozenset()
+        self._operators_up: frozenset[str] = frozenset()
+        self._link_up, self._link_seen_ns = False, 0
         self._kept: list[Any] = []
         self._asked = 0
         self._opening: threading.Thread | None = None
@@ -166,10 +170,12 @@ class ZenohBus:
         boat = keys.boat_of(str(sample.key_expr))
         if boat != self._boat and len(self._alive) < 4 * MOST_PEERS:
             self._alive[boat] = sample.kind == zenoh.SampleKind.PUT
+            self._boats_up = frozenset(boat for boat, up in tuple(self._alive.items()) if up)
 
     def _on_operator(self, sample: zenoh.Sample) -> None:
         if len(self._operators) < 4 * MOST_PEERS:
             self._operators[keys.operator_of(str(sample.key_expr))] = sample.kind == zenoh.SampleKind.PUT
+            self._operators_up = frozenset(name for name, up in tuple(self._operators.items()) if up)
 
     # -- states ------------------------------------------------------------------------------------------------------
     def watch(self, boat: str) -> None:
@@ -277,6 +283,13 @@ class ZenohBus:
         session = self._session
         if session is None:
             return False
+        now = time.monotonic_ns()
+        if now - self._link_seen_ns >= LINK_LOOK_NS:
+            self._link_seen_ns = now
+            self._link_up = self._ask_link(session)
+        return self._link_up
+
+    def _ask_link(self, session: zenoh.Session) -> bool:
         try:
             return bool(session.info.routers_zid() or (self._link.topology == "mesh" and session.info.peers_zid()))
         except zenoh.ZError:
@@ -284,11 +297,11 @@ class ZenohBus:
 
     def alive(self) -> frozenset[str]:
         """Boats whose token is up."""
-        return frozenset(boat for boat, up in tuple(self._alive.items()) if up)
+        return self._boats_up
 
     def operators(self) -> frozenset[str]:
         """Operators whose token is up."""
-        return frozenset(operator for operator, up in tuple(self._operators.items()) if up)
+        return self._operators_up
 
     def overflowed(self) -> int:
         """Rings drop the oldest without telling: unknown, counted by sequence numbers instead."""

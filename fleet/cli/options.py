@@ -1,0 +1,83 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Annotated, NamedTuple
+
+import typer
+
+from fleet.errors import UsageError
+
+if TYPE_CHECKING:
+    from fleet.operator import Fleet
+
+LONGEST_S = 600.0
+DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
+_ENDPOINT = re.compile(
+    r"(tcp|udp|tls|quic|ws)/(\[[0-9a-fA-F:.%]+\]|[^/:\s]+):(\d{1,5})([?#]\S*)?|(unixsock-stream|serial)/\S+"
+)
+
+FleetName = Annotated[str, typer.Option("--fleet", envvar="FLEET_FLEET", metavar="NAME", help="Which fleet.")]
+Connect = Annotated[
+    list[str] | None,
+    typer.Option(
+        envvar="FLEET_CONNECT",
+        metavar="ENDPOINT",
+        help=f"Where the fleet is reached, several with commas.  [default: {DEFAULT_ENDPOINT}]",
+    ),
+]
+Operator = Annotated[
+    str, typer.Option(envvar="FLEET_OPERATOR", metavar="NAME", help="Who you are.  [default: your login name]")
+]
+Timeout = Annotated[float, typer.Option(metavar="SECONDS", help="How long to wait for answers.")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
+Yes = Annotated[bool, typer.Option("--yes", "-y", help="Do not ask.")]
+Boats = Annotated[list[str] | None, typer.Argument(metavar="[BOAT]...", help="Only these boats; all if none is named.")]
+Set = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the mission: formation.spacing_m=15"),
+]
+Runs = Annotated[
+    str | None, typer.Option("--runs", metavar="DIR", help="Where runs are kept.  [default: $FLEET_RUNS, else ./runs]")
+]
+
+
+class Link(NamedTuple):
+    """How an operator reaches a fleet."""
+
+    fleet: str
+    connect: list[str] | None
+    operator: str
+    timeout: float
+
+    @property
+    def endpoints(self) -> tuple[str, ...]:
+        """The endpoints, found to look like some."""
+        return endpoints(self.connect, "--connect") or (DEFAULT_ENDPOINT,)
+
+    def open(self, present: bool = True) -> Fleet:
+        """A connection, to be used with `with`."""
+        timeout_s = seconds(self.timeout, "--timeout", least=0.0)
+        addresses = self.endpoints
+        from fleet.operator import Fleet
+
+        return Fleet(self.fleet, connect=addresses, operator=self.operator, timeout_s=timeout_s, present=present)
+
+
+def endpoints(texts: list[str] | None, option: str) -> tuple[str, ...]:
+    """Endpoints from an option that may be repeated and may hold several with commas."""
+    found = [part.strip() for text in texts or [] for part in text.split(",") if part.strip()]
+    for one in found:
+        match = _ENDPOINT.fullmatch(one)
+        if match is None or int(match[3] or 0) > 65535:
+            raise UsageError(f"{option} {one!r}: expected an endpoint such as {DEFAULT_ENDPOINT}")
+    return tuple(found)
+
+
+def seconds(value: float, option: str, least: float) -> float:
+    """A time above `least` (or from 0 on if that is below 0) and at most ten minutes."""
+    if not least < value <= LONGEST_S:
+        above = "more than 0" if least == 0.0 else "at least 0"
+        raise UsageError(f"{option} {value:g}: expected {above} and at most {LONGEST_S:g} s")
+    return value

@@ -1,0 +1,203 @@
+"""`fleet sim`: sail a mission with real agents, and judge it."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from fleet.cli import say
+from fleet.cli.options import DEFAULT_ENDPOINT, Json, Runs, Set
+from fleet.errors import FleetError, MissionError, UsageError
+
+if TYPE_CHECKING:
+    from fleet.analysis.metrics import Summary
+    from fleet.mission.model import Mission
+    from fleet.sim.sail import Options, Progress, Sailing
+
+SLOWEST, FASTEST = 0.1, 100.0
+HUB_PORT = 7447
+INTERRUPTED = 130
+
+
+def add_to(app: typer.Typer) -> None:
+    """Register the command."""
+    app.command("sim")(sim)
+
+
+def sim(
+    mission: Annotated[str, typer.Argument(metavar="MISSION", help="A file, or a ready mission: fleet mission list")],
+    boats: Annotated[int | None, typer.Option(metavar="N", help="Sail with N boats.")] = None,
+    warp: Annotated[float, typer.Option(metavar="K", help="Run all clocks K times as fast, 0.1 to 100.")] = 1.0,
+    seed: Annotated[int, typer.Option(metavar="N", help="Seed of noise and radio faults.")] = 0,
+    method: Annotated[str | None, typer.Option(metavar="NAME", help="How boats keep clear: scoring, circle.")] = None,
+    set_: Set = None,
+    topology: Annotated[Literal["hub", "routed"], typer.Option(help="How stations reach each other.")] = "hub",
+    keep: Annotated[bool, typer.Option("--keep", help="Sail on until Ctrl-C; other terminals may command.")] = False,
+    json: Json = False,
+    picture: Annotated[bool, typer.Option("--picture/--no-picture", help="Draw picture.png and report.html.")] = True,
+    record: Annotated[
+        bool, typer.Option("--record/--no-record", help="Without a recording there are no figures and no checks.")
+    ] = True,
+    runs: Runs = None,
+) -> None:
+    """Sail a mission in simulation, with real agents.
+
+    Starts a hub, a world and one agent process a boat, and ends them all. Exit code 0 only if all checks of the
+    mission hold, 1 otherwise.
+    """
+    if not SLOWEST <= warp <= FASTEST:
+        raise UsageError(f"--warp {warp:g}: expected {SLOWEST:g} to {FASTEST:g}")
+    overrides = [*(set_ or []), *([f"keeping_clear.method={method}"] if method is not None else [])]
+    plan = read_mission(mission, overrides, boats)
+    from fleet.sim.sail import Options
+
+    port = HUB_PORT if keep and _free(HUB_PORT) else 0
+    options = Options(warp=warp, seed=seed, topology=topology, record=record, keep=keep, hub_port=port, root=runs)
+    raise typer.Exit(_sail(plan, mission, options, json, picture))
+
+
+def read_mission(where: str, overrides: list[str], boats: int | None = None) -> Mission:
+    """The mission, with its warnings on stderr; MissionError with every problem."""
+    from fleet.mission.load import examine
+
+    plan, findings = examine(where, overrides, boats)
+    if findings.problems:
+        raise MissionError(where, findings.problems)
+    for one in findings.warnings:
+        say.warning(f"{where}: {one}")
+    return plan
+
+
+def _sail(mission: Mission, name: str, options: Options, json: bool, picture: bool) -> int:
+    """Sail; the exit code."""
+    from fleet.cli.watch import watcher
+    from fleet.sim.sail import Sailing
+
+    began, interrupted = time.monotonic(), False
+    last: list[Progress] = []
+    with _interruptible():
+        say.note(f"starting {options.topology}, world and {say.count(len(mission.boats), 'agent')} ...")
+        watch = watcher(options.warp)
+
+        def look(progress: Progress) -> None:
+            last[:] = [progress]
+            watch(progress)
+
+        sailing = Sailing(mission, name, options, look)
+        if options.keep:
+            _tell_how_to_command(sailing)
+        try:
+            with watch:
+                sailing.sail()
+        except KeyboardInterrupt:
+            interrupted = True
+            ended = bool(last) and last[0].t_s >= mission.duration_s
+            if not (options.keep and ended):
+                say.note(f"interrupted; what was sailed: {sailing.run.folder}")
+                return INTERRUPTED
+    wall_s = time.monotonic() - began
+    summary = _judge(sailing, mission, options.record, wall_s, last[0].t_s)
+    written = _write(sailing, summary, picture and options.record)
+    _report(summary, written, json)
+    if interrupted:
+        return INTERRUPTED
+    return 0 if summary.passed else 1
+
+
+@contextmanager
+def _interruptible() -> Iterator[None]:
+    """SIGINT, SIGTERM and SIGHUP interrupt once; while everything ends, further ones are ignored."""
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+    def interrupt(*_: object) -> None:
+        for number in numbers:
+            signal.signal(number, signal.SIG_IGN)
+        raise KeyboardInterrupt
+
+    before = {number: signal.signal(number, interrupt) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _free(port: int) -> bool:
+    import socket
+
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(("127.0.0.1", port))
+        except OSError:
+            return False
+    return True
+
+
+def _tell_how_to_command(sailing: Sailing) -> None:
+    from fleet.sim.sail import FLEET
+
+    endpoint = sailing.processes.connect[0]
+    options = f"--fleet {FLEET}" + ("" if endpoint == DEFAULT_ENDPOINT else f" --connect {endpoint}")
+    say.note(f"from another terminal: fleet status --watch {options}")
+    say.note(f"to command it:         fleet take {options}, then fleet set spacing 15 {options}")
+
+
+def _judge(sailing: Sailing, mission: Mission, recorded: bool, wall_s: float, t_s: float) -> Summary:
+    """The figures; without a recording there are none, and no check holds."""
+    from fleet.analysis.metrics import FIGURES, Summary, summarise
+    from fleet.mission.checks import evaluate
+
+    if recorded:
+        return summarise(sailing.run.folder, wall_s)
+    say.warning("not recorded: no figures, and the checks cannot be judged")
+    figures: dict[str, Any] = {**dict.fromkeys(FIGURES), "simulated_s": t_s, "wall_s": wall_s}
+    checks = list(evaluate(mission.checks, {}))
+    return Summary(
+        mission=mission.title,
+        passed=not checks,
+        checks=checks,
+        boats=[boat.name for boat in mission.boats],
+        run=str(sailing.run.folder),
+        **figures,
+    )
+
+
+def _write(sailing: Sailing, summary: Summary, drawn: bool) -> list[tuple[str, Path]]:
+    """Write what belongs into the run's folder; (what, where)."""
+    from fleet.analysis.metrics import write_summary
+
+    run = sailing.run
+    write_summary(summary, run.summary_file)
+    written = [("run", run.folder)]
+    if not drawn:
+        return written
+    from fleet.analysis.figures import draw
+    from fleet.analysis.report import write_report
+
+    try:
+        written.append(("picture", draw(run.folder, run.folder / "picture.png")))
+    except FleetError as error:
+        say.hint(str(error))
+    written.append(("report", write_report(run.folder, None, summary)))
+    return written
+
+
+def _report(summary: Summary, written: list[tuple[str, Path]], json: bool) -> None:
+    from fleet.cli.summary import print_summary
+
+    if json:
+        import msgspec
+
+        say.out(msgspec.json.encode(summary).decode())
+        return
+    say.note("")
+    print_summary(summary)
+    for line in say.aligned([(what, str(where)) for what, where in written]):
+        say.out(line)

@@ -1,0 +1,184 @@
+"""`fleet agent` and `fleet hub`: the processes of a harbour and of a boat."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from fleet.cli import say
+from fleet.cli.options import DEFAULT_ENDPOINT, Json, endpoints
+from fleet.errors import FleetError, UsageError
+
+if TYPE_CHECKING:
+    from fleet.agent.config import AgentConfig
+
+
+def add_to(app: typer.Typer) -> None:
+    """Register the commands."""
+    app.command("agent")(agent)
+    app.command("hub")(hub)
+
+
+def _text(help_: str, metavar: str = "TEXT") -> Any:
+    return typer.Option(metavar=metavar, help=help_, show_default=False)
+
+
+def agent(
+    config: Annotated[Path | None, typer.Option(envvar="FLEET_CONFIG", metavar="FILE", help="A TOML file.")] = None,
+    boat: Annotated[str | None, _text("This boat's name.", "NAME")] = None,
+    fleet: Annotated[str | None, _text("Which fleet.", "NAME")] = None,
+    topology: Annotated[str | None, _text("hub, routed or mesh.")] = None,
+    connect: Annotated[list[str] | None, _text("Where others are reached, several with commas.", "ENDPOINT")] = None,
+    listen: Annotated[list[str] | None, _text("Where this boat listens.", "ENDPOINT")] = None,
+    driver: Annotated[str | None, _text("Which hardware: simulated.")] = None,
+    world: Annotated[str | None, _text("Where the simulated world listens.", "HOST:PORT")] = None,
+    mission: Annotated[str | None, _text("A mission to sail without an operator.", "FILE")] = None,
+    state_dir: Annotated[str | None, _text("Where stops, mission and progress are kept.", "DIR")] = None,
+    record: Annotated[str | None, _text("File of the recording, or none.", "FILE")] = None,
+    control_hz: Annotated[float | None, _text("Ticks a second.", "HZ")] = None,
+    clock_error_ms: Annotated[float | None, _text("How wrong this machine's clock may be.", "MS")] = None,
+    check: Annotated[
+        bool, typer.Option("--check", help="Only print the configuration and where each value came from.")
+    ] = False,
+    json: Annotated[bool, typer.Option("--json", help="With --check: print JSON.")] = False,
+) -> None:
+    """Be one boat's agent, until SIGTERM or Ctrl-C.
+
+    Flags go over FLEET_* variables, these over the configuration file.
+    """
+    flags: dict[str, Any] = {
+        "boat": boat,
+        "fleet": fleet,
+        "link.topology": topology,
+        "link.connect": list(endpoints(connect, "--connect")) or None,
+        "link.listen": list(endpoints(listen, "--listen")) or None,
+        "driver.kind": driver,
+        "driver.world": world,
+        "mission": mission,
+        "state_dir": state_dir,
+        "record": record,
+        "control_hz": control_hz,
+        "clock_error_ms": clock_error_ms,
+    }
+    from fleet.agent.config import load_config
+
+    resolved = load_config(config, flags)
+    if check:
+        _show(resolved, config, flags, json)
+        return
+    import msgspec
+
+    argument = msgspec.json.encode(resolved).decode()
+    sys.stdout.flush()
+    os.execv(sys.executable, [sys.executable, "-m", "fleet.agent", argument])  # without Typer's memory
+
+
+def _show(config: AgentConfig, path: Path | None, flags: dict[str, Any], json: bool) -> None:
+    """Every value and where it came from."""
+    import msgspec
+
+    values = dict(_leaves(msgspec.to_builtins(config)))
+    origins = {name: _origin(name, path, flags) for name in values}
+    if json:
+        say.out_json({name: {"value": value, "from": origins[name]} for name, value in values.items()})
+        return
+    rows = [(name, _shown(value), origins[name]) for name, value in values.items()]
+    for line in say.aligned([("value", "", "from"), *rows]):
+        say.out(line)
+
+
+def _leaves(tree: dict[str, Any], before: str = "") -> list[tuple[str, Any]]:
+    found: list[tuple[str, Any]] = []
+    for name, value in tree.items():
+        found += _leaves(value, f"{before}{name}.") if isinstance(value, dict) else [(before + name, value)]
+    return found
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, list):
+        return ", ".join(map(str, value)) or "none"
+    return str(value) if value != "" else "-"
+
+
+def _origin(name: str, path: Path | None, flags: dict[str, Any]) -> str:
+    """Flag over environment over file over default, as `load_config` has it."""
+    from fleet.agent.config import ENVIRONMENT, read_table
+
+    if flags.get(name) is not None:
+        return "flag"
+    for variable, dotted in ENVIRONMENT.items():
+        if dotted == name and os.environ.get(variable):
+            return variable
+    table: Any = read_table(path) if path is not None else {}
+    for part in name.split("."):
+        table = table.get(part) if isinstance(table, dict) else None
+    return str(path) if table is not None else "default"
+
+
+def hub(
+    listen: Annotated[
+        list[str] | None,
+        typer.Option(metavar="ENDPOINT", help=f"Where to listen, several with commas.  [default: {DEFAULT_ENDPOINT}]"),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Be the hub that boats and operators connect to.
+
+    Until SIGTERM or Ctrl-C; on loopback unless told otherwise.
+    """
+    where = endpoints(listen, "--listen") or (DEFAULT_ENDPOINT,)
+    for one in where:
+        _probe(one)
+    from fleet.wire.zenoh_bus import run_hub
+
+    stop = threading.Event()
+    ended_by: list[int] = []
+
+    def end(number: int, _: object) -> None:
+        ended_by.append(number)
+        stop.set()
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, end)
+
+    def ready() -> None:
+        if json:
+            say.out_json({"listen": list(where)}, indent=None)
+        else:
+            say.out(f"hub listens at {', '.join(where)}; Ctrl-C ends it")
+
+    try:
+        run_hub(where, stop, ready)
+    except FleetError:
+        raise
+    except Exception as error:
+        if type(error).__name__ != "ZError":  # only fleet.wire may import zenoh
+            raise
+        raise FleetError(f"cannot listen at {', '.join(where)}: {str(error).split(' at /')[0]}") from error
+    raise typer.Exit(130 if ended_by and ended_by[0] == signal.SIGINT else 0)
+
+
+def _probe(endpoint: str) -> None:
+    """A port in use, or an address that is not ours, said in words before Zenoh says it in its own."""
+    import socket
+
+    kind, _, rest = endpoint.partition("/")
+    if kind not in ("tcp", "tls", "ws"):
+        return
+    host, _, port = rest.split("?")[0].split("#")[0].rpartition(":")
+    host = host.strip("[]")
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        with socket.socket(family, socket.SOCK_STREAM) as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind((host, int(port)))
+    except socket.gaierror as error:
+        raise UsageError(f"--listen {endpoint}: {error.strerror}") from None
+    except OSError as error:
+        raise FleetError(f"cannot listen at {endpoint}: {error.strerror}") from None
