@@ -82,9 +82,7 @@ def run(boats: int, standby_s: float, sailing_s: float, say: Callable[[str], Non
         (folder / "boats").mkdir()
         mission_file = folder / "mission.bin"
         mission_file.write_bytes(encode(plan))
-        processes = Watched(
-            folder, warped(1.0), names, fleet=FLEET, topology="hub", seed=1, record=True, control_hz=HZ
-        )
+        processes = Watched(folder, warped(1.0), names, fleet=FLEET, topology="hub", seed=1, record=True, control_hz=HZ)
         began = time.monotonic()
         try:
             processes.start_hub()
@@ -109,9 +107,7 @@ def run(boats: int, standby_s: float, sailing_s: float, say: Callable[[str], Non
             windows.append(_window("sailing", processes, names, sailing_s))
         finally:
             processes.close()
-        notes = [
-            msgspec.msgpack.decode((folder / "state" / name / NOTES).read_bytes(), type=Notes) for name in names
-        ]
+        notes = [msgspec.msgpack.decode((folder / "state" / name / NOTES).read_bytes(), type=Notes) for name in names]
     for window in windows:
         _fill(window, notes)
     first = percentile([note.first_tick_cpu_ns * 1e-6 for note in notes], 0.5)

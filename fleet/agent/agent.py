@@ -12,7 +12,7 @@ from collections.abc import Callable
 from fleet import __version__
 from fleet.agent import course as courses
 from fleet.agent.course import Course, Track
-from fleet.agent.modes import Goal, Mode, Reason
+from fleet.agent.modes import IN_FORMATION, Goal, Mode, Reason
 from fleet.agent.orders import Orders, Sailing
 from fleet.agent.picture import Other, Picture
 from fleet.agent.report import Reporter
@@ -30,7 +30,7 @@ from fleet.guidance import FollowParams, Limits, StationParams
 from fleet.mission.model import KeepingClear
 from fleet.recording.seam import Recording
 from fleet.wire.bus import Bus
-from fleet.wire.messages import BoatState
+from fleet.wire.messages import BoatState, FormationOrder
 
 NAVIGATION_STALE_S = 1.0
 STATES_A_TICK = 256  # of one sender
@@ -43,6 +43,13 @@ LONGEST_TICK_S = 1.0
 ZERO_DECISION: Decision[float] = Decision(
     0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0
 )
+
+
+def tuning(clear: KeepingClear, limits: Limits) -> tuple[Method, StepParams]:
+    """The way of keeping clear, and everything that stays while the boat sails."""
+    method = METHODS[clear.method]
+    keep = method.params(clear.radius_m, clear.side)
+    return method, StepParams(follow=FollowParams(), station=StationParams(), limits=limits, keep=keep)
 
 
 class Agent:
@@ -86,6 +93,8 @@ class Agent:
         self.ready = False
         self.name_taken = False
         self._numbers: list[float] = []
+        self._watched: frozenset[str] = frozenset()
+        self._end_of: tuple[FormationOrder | None, float] = (None, 0.0)  # abscissa of the end, for a formation
         self._sailing: Sailing | None = None
         self._goal_revision = -1
         self._last_ns = 0
@@ -94,6 +103,7 @@ class Agent:
         self._stuck_s = self._late_s = 0.0
         self._driver_trouble = ""
         self._driver_failed_ns = 0
+        self.sound_ns = 0  # when navigation was last sound; 0: never
         self.may_speak = True  # False until nobody else is known to be alive under this name
         self._set_params(None)
 
@@ -102,13 +112,7 @@ class Agent:
         """Tuning for a mission, or for waiting."""
         clear = sailing.plan.mission.keeping_clear if sailing is not None else KeepingClear()
         limits = sailing.plan.boats[sailing.number].limits if sailing is not None else Limits()
-        self.method: Method = METHODS[clear.method]
-        self.params = StepParams(
-            follow=FollowParams(),
-            station=StationParams(),
-            limits=limits,
-            keep=self.method.params(clear.radius_m, clear.side),
-        )
+        self.method, self.params = tuning(clear, limits)
         self.radius_m = clear.radius_m
         self.picture.half_radius_m = clear.radius_m / 2.0
         self._numbers = []
@@ -134,6 +138,11 @@ class Agent:
         """Offset of the own slot, + ahead [m]."""
         sailing = self.orders.sailing
         return sailing.plan.boats[sailing.number].slot * sailing.formation.spacing_m if sailing is not None else 0.0
+
+    @property
+    def driver_trouble(self) -> str:
+        """Why the boat cannot be commanded; '' when it can."""
+        return self.reading.trouble or self._driver_trouble
 
     # -- a tick ----------------------------------------------------------------------------------------------------
     def tick(self, now_ns: int) -> None:
@@ -163,12 +172,14 @@ class Agent:
             and math.isfinite(numbers)
             and not (reading.lat_deg == 0.0 and reading.lon_deg == 0.0)
             and abs(reading.lat_deg) <= 90.0
+            and 0.0 <= reading.position_error_m < math.inf
         )
         if not known or not -0.5 < age_s < NAVIGATION_STALE_S:
             self.nav = Nav(0.0, self.nav.x, self.nav.y, self.nav.psi, 0.0, 0.0, 0.0, self.nav.sigma)
             return
         x, y = self._to_local(reading.lat_deg, reading.lon_deg)
         age_s = max(age_s, 0.0)
+        self.sound_ns = now_ns
         self.nav = Nav(
             1.0,
             x + reading.v_north_mps * age_s,
@@ -185,8 +196,11 @@ class Agent:
     def _listen(self, now_ns: int) -> None:
         """Take in what the others said, and answer what was asked."""
         self.ready = self.bus.open()
-        for name in self.bus.alive():
-            self.bus.watch(name)
+        alive = self.bus.alive()
+        if alive != self._watched:
+            self._watched = alive
+            for name in sorted(alive):  # in an order that does not change from run to run
+                self.bus.watch(name)
         for message in self.bus.poll_states(STATES_A_TICK):
             state = self.picture.hear(message)
             if state is not None:
@@ -203,7 +217,7 @@ class Agent:
             inside_fence=self.nav.sound < 0.5 or courses.inside(fence, self.nav.x, self.nav.y),
             battery_percent=self.reading.battery_percent,
             authority=self.reading.authority,
-            driver_trouble=self.reading.trouble or self._driver_trouble,
+            driver_trouble=self.driver_trouble,
             name_taken=self.name_taken,
             has_track=len(self.track.points) > 1,
         )
@@ -244,6 +258,7 @@ class Agent:
         self.reporter.mission(sailing)
         self.course = courses.at_point(self.nav.x, self.nav.y)
         self._set_params(sailing)
+        self.reporter.course(self.course)
 
     def _lay(self, sailing: Sailing | None, now_ns: int) -> None:
         """The path that the new goal asks for, and where on it the boat begins."""
@@ -270,7 +285,7 @@ class Agent:
             self.course, s = courses.at_point(nav.x, nav.y), 0.0
         old = self.state
         self.state = State(s, old.good, 0.0, old.x_h, old.y_h, 0.0, old.keep)
-        self.reporter.course(self.course, sailing)
+        self.reporter.course(self.course)
 
     def _lap_reference(self, sailing: Sailing, now_ns: int) -> tuple[float, float] | None:
         """(abscissa, offset) of the lowest slot present: of those that sail already, else of those that are there."""
@@ -297,11 +312,12 @@ class Agent:
     def _decide(self, goal: Goal, now_ns: int, dt: float) -> None:
         link_up = self.bus.link_up()
         alive = self.bus.alive()
-        self._gone: Callable[[str], bool] = lambda name: link_up and name not in alive
         nav = self.nav
-        self.peers = self.picture.peers(now_ns, self._gone, (nav.x, nav.y), self._along)
+        self.peers = self.picture.peers(now_ns, lambda name: link_up and name not in alive, (nav.x, nav.y), self._along)
         members = self._members(now_ns, dt)
-        numbers = [peer.number for peer in self.peers]
+        idle = goal in (Goal.STANDBY, Goal.NEUTRAL)  # nothing to decide, and nothing to remember from it
+        peers = [] if idle else self.peers
+        numbers = [peer.number for peer in peers]
         state = self.state
         if numbers != self._numbers:
             keep = self.method.align(state.keep, self._numbers, numbers)
@@ -309,8 +325,8 @@ class Agent:
             self._numbers = numbers
         order = self._order(goal)
         path = self.course.path
-        self.state, self.decision = step(state, nav, members, self.peers, order, path, self.method, self.params, dt)
-        self.reporter.tick(now_ns, dt, state, nav, members, self.peers, order, self.decision)
+        self.state, self.decision = step(state, nav, members, peers, order, path, self.method, self.params, dt)
+        self.reporter.tick(now_ns, dt, state, nav, members, peers, order, self.decision)
 
     def _order(self, goal: Goal) -> Order[float]:
         sailing, limits = self.orders.sailing, self.params.limits
@@ -319,7 +335,10 @@ class Agent:
             return Order(float(goal), 0.0, 0.5 * (slow + fast), slow, fast, 0.3, self.course.path.length)
         formation, boat = sailing.formation, sailing.plan.boats[sailing.number]
         if self.course.kind == "mission":
-            s_end = courses.end_abscissa(sailing.plan, sailing.number, formation.spacing_m)
+            if self._end_of[0] is not formation:
+                end = courses.end_abscissa(sailing.plan, sailing.number, formation.spacing_m)
+                self._end_of = (formation, end)
+            s_end = self._end_of[1]
         else:
             s_end = self.course.path.length
         return Order(
@@ -351,21 +370,21 @@ class Agent:
             other = self.picture.others.get(boat.name)
             if other is None or other.track is None:
                 continue
-            weight = self.picture.weigh(other, self._present(other, other.track.state, sailing, now_ns), dt)
+            weight = self.picture.weigh(other, self._present(other, other.track.state, sailing), dt)
             if weight > 0.0:
                 z = self.picture.abscissa(other, other.track, now_ns) - boat.slot * sailing.formation.spacing_m
                 members.append(Member(weight, z))
         return members
 
-    def _present(self, other: Other, state: BoatState, sailing: Sailing, now_ns: int) -> bool:
+    def _present(self, other: Other, state: BoatState, sailing: Sailing) -> bool:
         """Fresh state, same mission id and formation revision, mode follow or avoid."""
         return (
             state.mission_id == sailing.order.mission_id
             and state.in_force == sailing.formation.revision
-            and state.mode in (Mode.FOLLOW, Mode.AVOID)
+            and state.mode in IN_FORMATION
             and state.simulated == self.driver.simulated
             and other.second is None
-            and not self.picture.silent(other, now_ns, self._gone(other.name))
+            and other.name not in self.picture.silent_names
         )
 
     def _own_reasons(self, now_ns: int, dt: float) -> Reason:
@@ -402,7 +421,7 @@ class Agent:
                 why |= Reason.IDENTITY_CLASH
             if other.track is None or sailing is None or other.name not in self.picture.roster:
                 continue
-            if self.picture.silent(other, now_ns, self._gone(other.name)):
+            if other.name in self.picture.silent_names:
                 why |= Reason.PEER_SILENT
             elif other.track.state.mission_id not in ("", sailing.order.mission_id):
                 why |= Reason.PEER_ELSEWHERE
@@ -431,9 +450,10 @@ class Agent:
             self._driver_trouble = self.driver.write(self.decision.u_d, self.decision.r_d)
             self._driver_failed_ns = self._last_ns
             return
+        if self._driver_trouble and (self._last_ns - self._driver_failed_ns) * 1e-9 >= DRIVER_AGAIN_S:
+            self._driver_trouble = self.driver.write(0.0, 0.0)  # a try without thrust: does it work again?
+            self._driver_failed_ns = self._last_ns
         self.driver.neutral()
-        if (self._last_ns - self._driver_failed_ns) * 1e-9 >= DRIVER_AGAIN_S:
-            self._driver_trouble = ""
 
     def _resume_at(self, text: str) -> str:
         """Where an operator wants the boat to go on; '' or why it does not."""

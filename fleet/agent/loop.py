@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 from fleet.agent.agent import Agent
 from fleet.agent.clock import Clock
+from fleet.wire.radio import number_of
 
 log = logging.getLogger("fleet.agent")
 LATENESS_KEPT = 4096
@@ -37,6 +38,7 @@ def run(
     lateness: list[float] = []
     gc.collect()
     gc.freeze()
+    by_name = number_of(agent.boat)  # a fleet in standby does not wake all at once
     phase_ns = 0
     deadline_ns = _next(clock.now_ns(), period_ns, phase_ns)
     try:
@@ -49,7 +51,7 @@ def run(
             if len(lateness) < LATENESS_KEPT:
                 lateness.append(late_ns * 1e-6)
             sailing = agent.orders.sailing
-            phase_ns = (sailing.number if sailing is not None else 0) % slots * period_ns // slots
+            phase_ns = (sailing.number if sailing is not None else by_name) % slots * period_ns // slots
             deadline_ns = _next(deadline_ns, period_ns, phase_ns)
             now_ns = clock.now_ns()
             if now_ns > deadline_ns + period_ns:

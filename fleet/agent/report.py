@@ -16,7 +16,7 @@ from fleet.avoidance.types import Peer
 from fleet.coordination import Member
 from fleet.mission.load import encode as encode_mission
 from fleet.recording import topics
-from fleet.recording.seam import Recording
+from fleet.recording.seam import NullRecorder, Recording
 from fleet.wire import keys
 from fleet.wire.codec import encode
 from fleet.wire.messages import MAJOR, BoatState, BoatStatus, FleetEvent, Revision
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 STATUS_S = 1.0
 VIEWER_S = 0.5
+DRIFTS_MPS = 0.1  # 1 sigma of a boat without navigation; others add twice that to radii, as about a silent one
 SIDES = {1.0: "port", -1.0: "starboard"}
 
 
@@ -48,7 +49,7 @@ class Laid(Struct, frozen=True, array_like=True):
 
     version: str
     boat: str
-    number: int  # in the roster, -1 without a mission
+    number: int  # in the roster of the mission that it has the limits of, -1 before any
     kind: str  # "mission", "track" or "point"
     points: tuple[tuple[float, float], ...]
     mission: bytes
@@ -76,7 +77,8 @@ class Reporter:
         self._seq = 0
         self._status_ns = self._viewed_ns = 0
         self._mode, self._avoiding, self._reasons, self._target = -1.0, 0.0, 0, -1.0
-        self._mission = b""
+        self._mission, self._number = b"", -1
+        self._records = not isinstance(recording, NullRecorder)
         self._encode = msgspec.msgpack.Encoder().encode
         boat = agent.boat
         topics.declare_fleet(recording)
@@ -89,12 +91,11 @@ class Reporter:
     # -- recording -------------------------------------------------------------------------------------------------
     def mission(self, sailing: Sailing) -> None:
         """The boat takes up a mission."""
-        self._mission = encode_mission(sailing.plan.mission)
+        self._mission, self._number = encode_mission(sailing.plan.mission), sailing.number
 
-    def course(self, course: Course, sailing: Sailing | None) -> None:
+    def course(self, course: Course) -> None:
         """The boat lays another course."""
-        number = sailing.number if sailing is not None else -1
-        laid = Laid(__version__, self._agent.boat, number, course.kind, course.points, self._mission)
+        laid = Laid(__version__, self._agent.boat, self._number, course.kind, course.points, self._mission)
         self.recording.put(self._course_topic, self._agent.now_ns, self._encode(laid))
 
     def tick(
@@ -110,6 +111,8 @@ class Reporter:
     ) -> None:
         """What went into `step`, and what came out."""
         self.counters.ticks += 1
+        if not self._records:
+            return
         put = self.recording.put
         put(self._inputs, now_ns, self._encode((self.counters.ticks, dt, state, nav, members, peers, order)))
         put(self._decision, now_ns, self._encode(decision))
@@ -118,7 +121,7 @@ class Reporter:
     def report(self, now_ns: int, goal: Goal, dt: float) -> None:  # noqa: ARG002 - what every tick knows
         """Publish the state; status and events as they fall due."""
         agent = self._agent
-        if agent.may_speak and agent.reading.stamp_ns and math.isfinite(agent.reading.lat_deg + agent.reading.lon_deg):
+        if agent.may_speak and agent.sound_ns:  # who never knew where it is has no state
             agent.bus.put_state(encode(self._boat_state(now_ns)))
         self._note_changes()
         changed = bool(agent.orders.notes)
@@ -135,19 +138,21 @@ class Reporter:
 
     def _nearest(self) -> tuple[str, float]:
         agent = self._agent
-        name, least = "", math.inf
+        x, y = agent.nav.x, agent.nav.y
+        number, least = -1.0, math.inf
         for peer in agent.peers:
-            d = math.hypot(peer.x - agent.nav.x, peer.y - agent.nav.y)
+            d = math.hypot(peer.x - x, peer.y - y)
             if d < least:
-                least, name = d, agent.picture.name_of(peer.number)
+                least, number = d, peer.number
+        name = agent.picture.name_of(number)
         return name, least if name else 0.0
 
     def _boat_state(self, now_ns: int) -> BoatState:
         agent, d = self._agent, self._agent.decision
-        reading, nav, sailing = agent.reading, agent.nav, agent.orders.sailing
-        lat_deg, lon_deg = reading.lat_deg, reading.lon_deg
-        if agent.plane is not None and nav.sound > 0.5:
-            lat_deg, lon_deg = agent.plane.to_geographic(nav.x, nav.y)
+        nav, sailing = agent.nav, agent.orders.sailing
+        assert agent.plane is not None
+        lat_deg, lon_deg = agent.plane.to_geographic(nav.x, nav.y)  # without navigation: where it was last
+        lost_s = (now_ns - agent.sound_ns) * 1e-9
         nearest, nearest_m = self._nearest()
         self._seq += 1
         path = agent.course.path
@@ -165,7 +170,7 @@ class Reporter:
             sog_mps=d.U,
             heading_rad=nav.psi if nav.sound > 0.5 else 0.0,
             yaw_rate_radps=nav.r,
-            position_error_m=nav.sigma,
+            position_error_m=nav.sigma + min(DRIFTS_MPS * lost_s, agent.radius_m / 4.0),
             lap=math.floor(d.s / path.length) if path.closed else 0,
             s_m=d.s,
             mode=int(d.mode),
@@ -240,7 +245,7 @@ class Reporter:
             messages_refused=picture.refused.total(),
             requests_refused=agent.desk.refused.total(),
             recording=self.recording.trouble,
-            driver=agent.reading.trouble,
+            driver=agent.driver_trouble or agent.reading.authority,
             hull=sailing.plan.boats[sailing.number].hull if sailing is not None else "",
             refusals=tuple(f"{count} x {why}" for why, count in refusals),
             switched_ns=sailing.switched_ns if sailing is not None else 0,

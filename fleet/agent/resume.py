@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING
 from fleet.agent import course as courses
 from fleet.agent.modes import Goal, Reason
 from fleet.agent.orders import Sailing
-from fleet.agent.store import Kept, Progress
+from fleet.agent.store import UNKNOWN_BOOT, Kept, Progress
 
 if TYPE_CHECKING:
     from fleet.agent.agent import Agent
 
 SOON_S = 60.0
 NEAR_M = 20.0
+LAPS = 10_000  # more than anybody sails round a circuit
 
 
 class Resumption:
@@ -50,9 +51,13 @@ class Resumption:
         if kept is None or kept.mission is None or agent.orders.sailing is not None:
             self._open = False
             return
+        if agent.orders.why & Reason.ABORTED:  # an operator ended it before the boat knew where it is
+            self._open = False
+            return
         if agent.nav.sound < 0.5:
             return
         self._open = False
+        told = agent.orders.goal, agent.orders.why
         problem, sailing = agent.orders.read_mission(kept.mission, now_ns)
         if sailing is None:
             agent.orders.note("not-resumed", f"the mission on disk: {problem}")
@@ -61,6 +66,9 @@ class Resumption:
         if kept.formation is not None:
             agent.orders.handed_on(kept.formation, 0.0, now_ns)
             agent.orders.switch(now_ns)
+        if told[0] != Goal.STANDBY:  # hold or return, said in the meantime
+            agent.orders.told(*told)
+            return
         progress = self._progress
         self.refused = self._why_not(progress, sailing, now_ns)
         if self.refused or progress is None:
@@ -74,8 +82,10 @@ class Resumption:
         agent = self._agent
         if progress is None or progress.mission_id != sailing.order.mission_id:
             return "no record of where the boat was"
-        if progress.boot_id != self._boot_id:
+        if progress.boot_id != self._boot_id or self._boot_id == UNKNOWN_BOOT:
             return "the machine was started anew"
+        if progress.goal == Goal.STANDBY:
+            return "it stood by before the restart"
         gap_s = (now_ns - progress.stamp_ns) * 1e-9
         if not 0.0 <= gap_s < SOON_S:
             return f"{gap_s:.0f} s have passed, more than {SOON_S:.0f} s"
@@ -110,6 +120,8 @@ class Resumption:
         """An operator's word on where to go on; '' or why not."""
         agent = self._agent
         boat = sailing.plan.boats[sailing.number]
+        if agent.nav.sound < 0.5:
+            return "own navigation is stale or not finite"
         if text == "nearest":
             self._abscissa = boat.path.project(agent.nav.x, agent.nav.y)
         elif text:
@@ -117,13 +129,12 @@ class Resumption:
                 s = float(text)
             except ValueError:
                 return f"--at {text!r}: expected `nearest` or an abscissa in metres"
-            if not boat.path.closed and not 0.0 <= s <= boat.path.length:
-                return f"--at {s:g}: expected an abscissa within 0 and {boat.path.length:.0f} m"
+            farthest = LAPS * boat.path.length if boat.path.closed else boat.path.length
+            if not 0.0 <= s <= farthest:
+                return f"--at {s:g}: expected an abscissa within 0 and {farthest:.0f} m"
             self._abscissa = s
         elif agent.orders.why & Reason.NOT_RESUMED:
             return f"not resumed after a restart ({self.refused}): say where, with --at nearest or --at S"
-        if agent.nav.sound < 0.5:
-            return "own navigation is stale or not finite"
         return ""
 
     # -- what is written -------------------------------------------------------------------------------------------
@@ -131,6 +142,9 @@ class Resumption:
         """The mission and the formation in force, as operators wrote them."""
         orders = self._agent.orders
         sailing = orders.sailing
+        kept = self._kept
+        if kept is not None and self.pending and sailing is None and not orders.why & Reason.ABORTED:
+            return Kept(kept.mission, kept.formation, orders.control, kept.known_missions)
         words = None
         if sailing is not None:
             words = sailing.pending_words if sailing.pending is not None else sailing.formation_words

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from fleet.agent.modes import Goal, Mode
+from fleet.agent.modes import Goal, Mode, Reason
 from fleet.agent.picture import DISCIPLINED_NS
 from fleet.wire import keys
 from fleet.wire.bus import Answer, Request
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 REQUESTS_A_TICK = 128
 ASK_AGAIN_S = 0.5
 ECHO_S = 1.0
+NOT_SAILED = int(Reason.NOT_RESUMED | Reason.HELD | Reason.RETURNING | Reason.MISSION_ENDED | Reason.ABORTED)
+"""A mission that its boat only holds for one of these reasons is no reason for another to set sail."""
 
 
 class Desk:
@@ -105,6 +108,7 @@ class Desk:
             and state.mission_id
             and state.mission_id not in orders.known_missions
             and state.mode in (Mode.FOLLOW, Mode.AVOID, Mode.HOLD, Mode.ALONE, Mode.STANDBY)
+            and not state.reasons & NOT_SAILED
         ):
             self._ask(state.boat, keys.MISSION, now_ns)
 
@@ -131,6 +135,8 @@ class Desk:
         held = decode(answer.payload, Held)
         if held.order is None:
             return
+        if not math.isfinite(held.remaining_s):
+            raise Refused("not finite")
         if answer.what == keys.FORMATION:
             problem = agent.orders.handed_on(held.order, held.remaining_s, now_ns)
             if problem and problem != "not newer":

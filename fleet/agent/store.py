@@ -20,6 +20,7 @@ from fleet.wire.messages import Revision, Signed
 
 T = TypeVar("T")
 TRACK_POINTS = 400
+UNKNOWN_BOOT = "unknown"
 
 
 class Progress(Struct, frozen=True, array_like=True):
@@ -50,7 +51,7 @@ def boot_id() -> str:
     try:
         return Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
     except OSError:
-        return "unknown"
+        return UNKNOWN_BOOT
 
 
 class Store:

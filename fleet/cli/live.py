@@ -16,7 +16,7 @@ from rich.text import Text
 
 from fleet.cli.boats import HEADS, OLD_S, RIGHT, SIGNS, UNITS, WIDTHS, cells, mode_shown, why
 
-WIDE = 110  # columns from which on the reasons have a column of their own
+WIDE = 100  # columns from which on the reasons have a column of their own
 STYLES = {
     "follow": "green",
     "avoid": "yellow",

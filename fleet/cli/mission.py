@@ -55,9 +55,6 @@ def show(
     from fleet.mission.plan import build
 
     plan = build(read_mission(mission, list(set_ or []), boats))
-    if not text:
-        for line in _described(plan):
-            say.out(line)
     if out is not None:
         from fleet.mission.picture import picture
 
@@ -65,7 +62,11 @@ def show(
             say.note(f"drawn: {picture(plan, out)}")
         except OSError as error:
             raise UsageError(f"--out {out}: {error.strerror or error}") from None
-    elif not text:
+    if text:
+        return
+    for line in _described(plan):
+        say.out(line)
+    if out is None:
         say.hint("--out FILE.png draws it, --text prints the file")
 
 

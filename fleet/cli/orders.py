@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fleet.cli import say
 from fleet.cli.options import Connect, FleetName, Json, Link, Operator, Set, Timeout, Yes, seconds
-from fleet.cli.outcome import finish, target
-from fleet.errors import FleetError, NobodyReachable, RefusedBySafetyCheck
+from fleet.cli.outcome import finish, target, with_old
+from fleet.errors import FleetError, NobodyReachable, RefusedBySafetyCheck, UsageError
 
 if TYPE_CHECKING:
-    from fleet.operator import Fleet, Outcome
+    from fleet.operator import Fleet
     from fleet.operator.fleet import Change
 
 NONE = "none"
+UNITS = {"spacing": "m", "speed": "m/s"}
 
 
 def launch(
@@ -36,12 +37,13 @@ def launch(
 
     plan = read_mission(mission, list(set_ or []))
     roster = [boat.name for boat in plan.boats]
-    with Link(fleet, connect, operator, timeout).open() as link:
+    reach = Link(fleet, connect, operator, timeout)
+    with reach.open() as link:
         if len(link.wait_for(roster)) == len(roster):
             raise NobodyReachable(f"launch: none of {', '.join(roster)} is in reach in fleet {fleet!r}")
         old = _held_title(link)
-        say.confirm(f"launch: {target(link, [], tuple(roster))}: {old} -> {plan.title}", yes)
-        finish(_with_old(link.launch(plan, apply_in_s=apply_in_s), old), json)
+        say.confirm(f"launch: {target(link, reach, [], tuple(roster))}: {old} -> {plan.title}", yes)
+        finish(with_old(link.launch(plan, apply_in_s=apply_in_s), old), json)
 
 
 def _held_title(fleet: Fleet) -> str:
@@ -51,15 +53,8 @@ def _held_title(fleet: Fleet) -> str:
         return NONE
 
 
-def _with_old(outcome: Outcome, old: str) -> Outcome:
-    """The launch with the old mission's title in place of its id."""
-    from msgspec import structs
-
-    return structs.replace(outcome, old=old)
-
-
 def set_(
-    what: Annotated[Literal["spacing", "speed"], typer.Argument(help="What to change.")],
+    what: Annotated[str, typer.Argument(metavar="spacing|speed", help="What to change.")],
     value: Annotated[str, typer.Argument(metavar="VALUE", help="Metres (slot order turns with the sign), or m/s.")],
     yes: Yes = False,
     json: Json = False,
@@ -72,14 +67,17 @@ def set_(
 
     For example: fleet set spacing -20, fleet set speed 1.2. All boats change together, two seconds later.
     """
-    unit = "m" if what == "spacing" else "m/s"
+    if what not in UNITS:
+        raise UsageError(f"set {what!r}: expected spacing or speed")
+    unit = UNITS[what]
     wanted = say.number(value, what, unit)
     say.must_be_able_to_ask(f"set {what}", yes)
-    with Link(fleet, connect, operator, timeout).open() as link:
+    reach = Link(fleet, connect, operator, timeout)
+    with reach.open() as link:
         held = link.formation()
         old = held.spacing_m if what == "spacing" else held.cruise_mps
         _check_before(held, what, wanted)
-        question = f"set {what}: {target(link, [], held.roster)}: {old:g} {unit} -> {wanted:g} {unit}"
+        question = f"set {what}: {target(link, reach, [], held.roster)}: {old:g} {unit} -> {wanted:g} {unit}"
         say.confirm(question, yes)
         if not yes and link.formation().revision != held.revision:
             raise FleetError("somebody else changed the formation while you were asked: nothing was sent; look again")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from fleet.cli import say
+from fleet.cli.options import Link
 from fleet.errors import FleetError, NobodyReachable, RefusedBySafetyCheck
 
 if TYPE_CHECKING:
@@ -31,13 +32,13 @@ def finish(outcome: Outcome, json: bool) -> None:
     raise typer.Exit(code)
 
 
-def target(fleet: Fleet, boats: list[str], everybody: tuple[str, ...]) -> str:
-    """`fleet demo, ALL 2 boats (b1, b2)`, with those out of reach named."""
+def target(fleet: Fleet, link: Link, boats: list[str], everybody: tuple[str, ...]) -> str:
+    """`fleet demo at tcp/127.0.0.1:7447, ALL 2 boats (b1, b2)`, with those out of reach named."""
     names = boats or list(everybody)
     whom = f"ALL {say.count(len(names), 'boat')}" if not boats else say.count(len(names), "boat")
     out_of_reach = [name for name in names if name not in fleet.reachable()]
     missing = f"; NOT IN REACH: {', '.join(out_of_reach)}" if out_of_reach else ""
-    return f"fleet {fleet.fleet}, {whom} ({', '.join(names)}){missing}"
+    return f"fleet {fleet.fleet} at {', '.join(link.endpoints)}, {whom} ({', '.join(names)}){missing}"
 
 
 def everybody(fleet: Fleet) -> tuple[str, ...]:
@@ -50,3 +51,10 @@ def everybody(fleet: Fleet) -> tuple[str, ...]:
     if not names:
         raise NobodyReachable(f"no boat of fleet {fleet.fleet!r} is in reach")
     return names
+
+
+def with_old(outcome: Outcome, old: str) -> Outcome:
+    """The outcome with words for what was before: a mission's title in place of its id."""
+    from msgspec import structs
+
+    return structs.replace(outcome, old=old)

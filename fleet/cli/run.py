@@ -110,7 +110,7 @@ def repair(run: Which = "last", json: Json = False, runs: Runs = None) -> None:
     from fleet.recording.runs import find, recordings
 
     found = find(runs, run)
-    files = [path for path in recordings(found) if REPAIRED not in path.parts]
+    files = recordings(found)
     if not files:
         raise RecordingError(f"{found.folder}: no recording in it")
     rows = [_repaired(found, path) for path in files]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from fleet.cli import say
-from fleet.cli.options import DEFAULT_ENDPOINT, Json, Runs, Set
+from fleet.cli.options import Json, Runs, Set
 from fleet.errors import FleetError, MissionError, UsageError
 
 if TYPE_CHECKING:
@@ -144,9 +144,8 @@ def _tell_how_to_command(sailing: Sailing) -> None:
     from fleet.sim.sail import FLEET
 
     endpoint = sailing.processes.connect[0]
-    options = f"--fleet {FLEET}" + ("" if endpoint == DEFAULT_ENDPOINT else f" --connect {endpoint}")
-    say.note(f"from another terminal: fleet status --watch {options}")
-    say.note(f"to command it:         fleet take {options}, then fleet set spacing 15 {options}")
+    say.note(f"from another terminal: export FLEET_FLEET={FLEET} FLEET_CONNECT={endpoint}")
+    say.note("to look: fleet status --watch; to command: fleet take, then fleet set spacing 15")
 
 
 def _judge(sailing: Sailing, mission: Mission, recorded: bool, wall_s: float, t_s: float) -> Summary:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 WATCH_S = 0.5
 HEAR_S = 1.3  # every boat says its status once a second
-AROUND = 6
+AROUND = 8
 
 
 def add_to(app: typer.Typer) -> None:
@@ -95,7 +95,8 @@ def _said(picture: dict[str, Any]) -> str:
     mission = each("mission")
     if mission == "none":
         return f"fleet {picture['fleet']}: {up}; no mission; control: {each('controller')}"
-    return f"fleet {picture['fleet']}: {up}; control: {each('controller')}\n{mission}: {formation}, revision {revision}"
+    head = f"fleet {picture['fleet']}: {up}; control: {each('controller')}"
+    return f"{head}\n{mission}\nformation: {formation}, revision {revision}"
 
 
 def _print(picture: dict[str, Any], json: bool) -> None:

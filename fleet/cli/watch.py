@@ -100,7 +100,8 @@ class Lines:
         else:
             words = "   ".join(" ".join(self._brief(row)) for row in rows)
         note = f"  ({progress.note})" if progress.note else ""
-        say.note(f"{progress.t_s:7.1f} of {progress.duration_s:g} s  {words}{note}")
+        clock = f"{progress.t_s:7.1f} of {progress.duration_s:g} s" if progress.t_s >= 0.0 else "about to begin"
+        say.note(f"{clock}  {words}{note}")
 
     def _brief(self, row: dict[str, Any]) -> list[str]:
         boat, mode, s, speed, along, *_ = cells(row)
@@ -117,6 +118,7 @@ class Picture:
         self._screen = Screen(SCREEN_S)
         self._last: Progress | None = None
         self._told: list[tuple[float, Outcome]] = []
+        self._start_ns = 0
 
     def __enter__(self) -> Self:
         self._screen.__enter__()
@@ -144,7 +146,8 @@ class Picture:
         table = live.boats_table(
             rows, self._screen.width, max(3, self._screen.height - AROUND - EVENTS), mission.keeping_clear.radius_m
         )
-        t_s, total_s = progress.t_s, progress.duration_s
+        now_ns = self._now_ns(progress)
+        t_s, total_s = (now_ns - self._start_ns) * 1e-9 if now_ns else 0.0, progress.duration_s
         clock = f"{t_s:.1f} of {total_s:g} s" + (f", {self._warp:g} times as fast" if self._warp != 1.0 else "")
         command = ""
         if self._told:
@@ -163,10 +166,17 @@ class Picture:
 
     def _events(self, progress: Progress) -> list[str]:
         """The last things that boats told, by the clock of the mission; always as many lines."""
-        states = [view.state for view in progress.fleet.boats.values() if view.state is not None]
-        now_ns = max((state.stamp_ns for state in states), default=0)
         lines = []
         for event in progress.fleet.events[-EVENTS:]:
-            at_s = progress.t_s - (now_ns - event.stamp_ns) * 1e-9
+            at_s = max(0.0, (event.stamp_ns - self._start_ns) * 1e-9)
             lines.append(f"{at_s:7.1f} s  {event.boat}  {event.kind}: {event.text}")
         return lines + [" "] * (EVENTS - len(lines))
+
+    def _now_ns(self, progress: Progress) -> int:
+        """The boats' time, from their states; 0 before the mission began."""
+        if progress.t_s <= 0.0:
+            return 0
+        states = [view.state for view in progress.fleet.boats.values() if view.state is not None]
+        now_ns = max((state.stamp_ns for state in states), default=0)
+        self._start_ns = self._start_ns or now_ns - int(progress.t_s * 1e9)
+        return max(now_ns, self._start_ns)

@@ -9,7 +9,7 @@ import typer
 
 from fleet.cli import say
 from fleet.cli.options import Boats, Connect, FleetName, Json, Link, Operator, Timeout, Yes
-from fleet.cli.outcome import everybody, finish, target
+from fleet.cli.outcome import everybody, finish, target, with_old
 from fleet.errors import UsageError
 
 if TYPE_CHECKING:
@@ -55,9 +55,10 @@ def resume(
         say.number(at, "--at", "m", "nearest, or an abscissa")
     names = named(boats)
     say.must_be_able_to_ask("resume", yes)
-    with Link(fleet, connect, operator, timeout).open() as link:
+    reach = Link(fleet, connect, operator, timeout)
+    with reach.open() as link:
         where = f" at {at}{'' if at == 'nearest' else ' m'}" if at else ""
-        whom = target(link, names, everybody(link))
+        whom = target(link, reach, names, everybody(link))
         say.confirm(f"resume{where}: {whom}: {modes_now(link, names)} -> follow", yes)
         finish(link.resume(names, at=at), json)
 
@@ -128,9 +129,12 @@ def _add_word(app: typer.Typer, word: Word) -> None:
         names = named(boats)
         if word.asks:
             say.must_be_able_to_ask(word.name, yes)
-        with Link(fleet, connect, operator, timeout).open() as link:
+        reach = Link(fleet, connect, operator, timeout)
+        with reach.open() as link:
             if word.asks and not yes:
-                question = f"{word.name}: {target(link, names, everybody(link))}: {word.old(link, names)} -> {word.new}"
+                question = (
+                    f"{word.name}: {target(link, reach, names, everybody(link))}: {word.old(link, names)} -> {word.new}"
+                )
                 say.confirm(question, yes)
             finish(word.say(link, names), json)
 
@@ -148,8 +152,11 @@ def take(
 
     One operator holds control; others may watch, hold, abort and stop.
     """
-    with Link(fleet, connect, operator, timeout).open() as link:
-        finish(link.take(), json)
+    reach = Link(fleet, connect, operator, timeout)
+    with reach.open() as link:
+        outcome = link.take()
+        before = [name for name in outcome.old.split(" | ") if name != outcome.new]  # a neighbour's word may come first
+        finish(with_old(outcome, " | ".join(before) or outcome.old), json)
 
 
 def forget(
@@ -164,7 +171,8 @@ def forget(
     """Stop keeping clear of boats that are gone; asks first."""
     names = named(boats)
     say.must_be_able_to_ask("forget", yes)
-    with Link(fleet, connect, operator, timeout).open() as link:
+    reach = Link(fleet, connect, operator, timeout)
+    with reach.open() as link:
         alive = [name for name in names if name in link.reachable()]
         if alive:
             raise UsageError(f"forget {', '.join(alive)}: still alive; expected boats that fell silent")

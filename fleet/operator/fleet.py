@@ -12,7 +12,7 @@ import time
 import uuid
 from collections.abc import Callable, Sequence
 from types import TracebackType
-from typing import Self
+from typing import Protocol, Self
 
 from msgspec import Struct
 
@@ -24,6 +24,7 @@ from fleet.mission.load import encode as encode_mission
 from fleet.mission.model import Mission
 from fleet.operator.outcome import Outcome
 from fleet.wire import keys
+from fleet.wire.bus import Shore
 from fleet.wire.codec import Refused, decode, decode_formation, decode_mission_order, decode_state, encode
 from fleet.wire.messages import (
     MAJOR,
@@ -38,7 +39,6 @@ from fleet.wire.messages import (
     Revision,
     Signed,
 )
-from fleet.wire.zenoh_bus import LinkConfig, OperatorBus
 
 DEFAULT_CONNECT = ("tcp/127.0.0.1:7447",)
 ASK_AGAIN_S = 0.5
@@ -52,6 +52,29 @@ def default_operator() -> str:
     except (KeyError, OSError):
         name = ""
     return name or "operator-1"
+
+
+class Time(Protocol):
+    """The time that an operator lives by: the module `time`, or a simulation's."""
+
+    def monotonic(self) -> float:
+        """Seconds that only grow."""
+
+    def time_ns(self) -> int:
+        """UTC [ns]."""
+
+    def sleep(self, seconds: float, /) -> None:
+        """Wait."""
+
+
+def _new_id() -> str:
+    return uuid.uuid4().hex
+
+
+def _over_zenoh(fleet: str, operator: str, connect: tuple[str, ...], present: bool) -> Shore:
+    from fleet.wire.zenoh_bus import LinkConfig, OperatorBus
+
+    return OperatorBus(fleet, operator, LinkConfig(topology="hub", connect=connect), present=present)
 
 
 class OperatorConfig(Struct, frozen=True, kw_only=True):
@@ -99,6 +122,9 @@ class Fleet:
         operator: str = "",
         timeout_s: float = 3.0,
         present: bool = True,
+        bus: Shore | None = None,
+        clock: Time = time,
+        new_id: Callable[[], str] = _new_id,
     ) -> None:
         self.fleet = keys.valid_name("fleet", fleet)
         self.operator = keys.valid_name("operator", operator or default_operator())
@@ -106,8 +132,8 @@ class Fleet:
             raise UsageError(f"timeout {timeout_s:g} s: expected more than 0")
         self.timeout_s = timeout_s
         self._connect = tuple(connect)
-        link = LinkConfig(topology="hub", connect=self._connect)
-        self._bus = OperatorBus(self.fleet, self.operator, link, present=present)
+        self._bus = bus if bus is not None else _over_zenoh(self.fleet, self.operator, self._connect, present)
+        self._clock, self._new_id = clock, new_id
         self.boats: dict[str, BoatView] = {}
         self.events: list[FleetEvent] = []
 
@@ -155,13 +181,13 @@ class Fleet:
 
     def wait_for(self, boats: Sequence[str], timeout_s: float | None = None) -> tuple[str, ...]:
         """Wait until these boats are alive and heard; returns those that are not in time."""
-        deadline = time.monotonic() + (self.timeout_s if timeout_s is None else timeout_s)
+        deadline = self._clock.monotonic() + (self.timeout_s if timeout_s is None else timeout_s)
         while True:
             views = self.look()
             missing = tuple(b for b in boats if b not in views or not views[b].alive or views[b].state is None)
-            if not missing or time.monotonic() >= deadline:
+            if not missing or self._clock.monotonic() >= deadline:
                 return missing
-            time.sleep(0.02)
+            self._clock.sleep(0.02)
 
     def reachable(self) -> tuple[str, ...]:
         """Boats that are alive."""
@@ -172,14 +198,14 @@ class Fleet:
         """Ask until every expected boat has answered or the time is over."""
         payload = encode(command)
         acks: dict[str, Ack | None] = dict.fromkeys(expected)
-        deadline = time.monotonic() + self.timeout_s
+        deadline = self._clock.monotonic() + self.timeout_s
         while True:
-            left = deadline - time.monotonic()
+            left = deadline - self._clock.monotonic()
             missing = [boat for boat, ack in acks.items() if ack is None]
             if left <= 0.0 or (not missing and acks):
                 return acks
             target = missing[0] if len(missing) == 1 else "*"
-            began = time.monotonic()
+            began = self._clock.monotonic()
             for boat, answer in self._bus.ask_all(keys.COMMAND, payload, max(left, 0.05), target).items():
                 if command.boats and boat not in command.boats:
                     continue
@@ -190,7 +216,8 @@ class Fleet:
                 if ack.boat == boat and ack.id == command.id:
                     acks[boat] = ack
             if any(ack is None for ack in acks.values()) or not acks:
-                time.sleep(max(0.0, min(ASK_AGAIN_S - (time.monotonic() - began), deadline - time.monotonic())))
+                now = self._clock.monotonic()
+                self._clock.sleep(max(0.0, min(ASK_AGAIN_S - (now - began), deadline - now)))
 
     def _expected(self, boats: Sequence[str]) -> list[str]:
         if boats:
@@ -217,14 +244,14 @@ class Fleet:
             raise NobodyReachable(f"{kind}: no boat of fleet {self.fleet!r} is in reach at {', '.join(self._connect)}")
         command = Command(
             MAJOR,
-            uuid.uuid4().hex,
+            self._new_id(),
             self.operator,
             kind,
             tuple(boats),
             order,
             tuple(names),
             text,
-            stamp_ns=time.time_ns(),
+            stamp_ns=self._clock.time_ns(),
         )
         acks = self._ask(command, addressed)
         olds = {ack.old for ack in acks.values() if ack is not None and ack.old}
@@ -293,7 +320,7 @@ class Fleet:
 
             raise MissionError("mission", findings.problems)
         roster = [boat.name for boat in mission.boats]
-        stamp_ns = time.time_ns()
+        stamp_ns = self._clock.time_ns()
         order = MissionOrder(
             MAJOR, f"{stamp_ns}-{self.operator}", self.operator, stamp_ns, encode_mission(mission), apply_in_s
         )
@@ -320,7 +347,7 @@ class Fleet:
             held.spacing_m if spacing_m is None else spacing_m,
             held.cruise_mps if cruise_mps is None else cruise_mps,
             apply_in_s,
-            time.time_ns(),
+            self._clock.time_ns(),
         )
         expected = sorted({*held.roster} | {b for b in self._bus.alive() if b in held.roster})
         outcome = self.command("set", (), order=Signed(encode(order)), expected=expected)
@@ -354,12 +381,12 @@ class Fleet:
         """Release stops: the ids named, else every one that the boats publish."""
         names = list(ids)
         if not names:
-            deadline = time.monotonic() + min(1.0, self.timeout_s)
-            while time.monotonic() < deadline:
+            deadline = self._clock.monotonic() + min(1.0, self.timeout_s)
+            while self._clock.monotonic() < deadline:
                 views = [view for view in self.look().values() if view.alive]
                 if views and all(view.state is not None for view in views):
                     break
-                time.sleep(0.02)
+                self._clock.sleep(0.02)
             states = [view.state for view in self.look().values() if not boats or view.name in boats]
             names = sorted({stop for state in states if state is not None for stop in state.stops})
         return self.command("release", boats, names=names)

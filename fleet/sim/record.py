@@ -19,7 +19,14 @@ class RunRecorder:
     """Writes `run.mcap`."""
 
     def __init__(
-        self, run: Run, plan: Plan, name: str, header: dict[str, str], mission_text: bytes, record: bool
+        self,
+        run: Run,
+        plan: Plan,
+        name: str,
+        header: dict[str, str],
+        mission_text: bytes,
+        record: bool,
+        flush_s: float = 1.0,
     ) -> None:
         self._plan = plan
         self._offsets = {boat.name: boat.slot for boat in plan.boats}
@@ -31,9 +38,8 @@ class RunRecorder:
             from fleet.recording.writer import Recorder
 
             facts = {"mission": name, "version": __version__, "boats": ",".join(self._offsets), **header}
-            self.recording = Recorder(
-                run.recording, facts, [Attachment("mission.toml", "application/toml", mission_text)], wait=True
-            )
+            mission = Attachment("mission.toml", "application/toml", mission_text)
+            self.recording = Recorder(run.recording, facts, [mission], wait=True, flush_s=flush_s)
         topics.declare_fleet(self.recording)
         for boat in self._offsets:
             topics.declare_boat(self.recording, boat, truth=True)

@@ -1,4 +1,4 @@
-"""Sail a mission with real agents: start everything, launch as an operator would, follow the timeline, end everything."""
+"""Sail a mission with real agents: start everything, launch as an operator would, follow the timeline, end it all."""
 
 from __future__ import annotations
 
@@ -6,77 +6,31 @@ import contextlib
 import signal
 import socket
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
-from msgspec import Struct
 
 from fleet.agent.clock import SystemClock, warped
 from fleet.errors import FleetError, NobodyReachable
 from fleet.mission.load import encode
 from fleet.mission.model import Event, Mission
-from fleet.mission.plan import Plan, build
+from fleet.mission.plan import build
 from fleet.mission.timeline import ACTIONS
 from fleet.operator import Fleet, Outcome
-from fleet.recording.runs import Run, new_run
+from fleet.recording.runs import new_run
 from fleet.sim.processes import Processes
 from fleet.sim.record import RunRecorder
+from fleet.sim.share import FLEET, LEAD_S, OPERATOR, Options, Progress, Watcher, as_toml, say
 from fleet.sim.world_process import Trouble, TruthOfAll, Watch
 from fleet.wire import keys
 from fleet.wire.codec import Refused, decode, decode_state
 from fleet.wire.messages import BoatStatus, FleetEvent
-from fleet.wire.zenoh_bus import Topology
 
+__all__ = ["FLEET", "OPERATOR", "Options", "Progress", "Sailing", "Watcher"]
 READY_S = 60.0
-LEAD_S = 2.0  # of the launch: boats begin together so long after it [s]
 ROOM_S = 3.0  # wall time that a launch or a change may take before it applies; warp makes it longer
-FLEET = "sim"
-OPERATOR = "sim-operator"
-
-
-class Options(Struct, frozen=True, kw_only=True):
-    """How to sail."""
-
-    warp: float = 1.0
-    seed: int = 0
-    topology: Topology = "hub"
-    record: bool = True
-    keep: bool = False
-    hub_port: int = 0
-    root: str | None = None
-    drawing: bool = True
-
-
-class Progress(Struct):
-    """What a terminal may show while the mission sails."""
-
-    plan: Plan
-    fleet: Fleet
-    run: Run
-    connect: tuple[str, ...]
-    t_s: float = 0.0
-    duration_s: float = 0.0
-    note: str = ""
-    outcomes: list[Outcome] = []
-
-
-Watcher = Callable[[Progress], None]
 _decode_truth = msgspec.msgpack.Decoder(TruthOfAll).decode
 _encode = msgspec.msgpack.Encoder().encode
-
-
-def as_toml(mission: Mission) -> bytes:
-    """The mission as sailed, overrides and all, as a file."""
-    return msgspec.toml.encode(_without_none(msgspec.to_builtins(mission)))
-
-
-def _without_none(value: object) -> object:
-    if isinstance(value, dict):
-        return {key: _without_none(v) for key, v in value.items() if v is not None}
-    if isinstance(value, (list, tuple)):
-        return [_without_none(v) for v in value]
-    return value
 
 
 class Sailing:
@@ -189,26 +143,13 @@ class Sailing:
         boats = event.boats or tuple(boat.name for boat in self._mission.boats)
         if ACTIONS[event.do].by == "operator":
             try:
-                self._told(self._say(event, fleet))
+                self._told(say(event, fleet, max(2.0, 0.2 * self._options.warp)))
             except FleetError as error:
                 self._recorder.happened(self._clock.now_ns(), "operator", f"{event.do}: {error}")
             return
         for boat in boats:
             self._break(event, boat)
             self._recorder.happened(self._clock.now_ns(), event.do, f"{event.do} {boat}", boat, event.value or 0.0)
-
-    def _say(self, event: Event, fleet: Fleet) -> Outcome:
-        apply_in_s = max(2.0, 0.2 * self._options.warp)
-        value = event.value or 0.0
-        if event.do == "set spacing":
-            return fleet.set_spacing(value, apply_in_s=apply_in_s)
-        if event.do == "set speed":
-            return fleet.set_speed(value, apply_in_s=apply_in_s)
-        if event.do == "release":
-            return fleet.release(event.boats)
-        if event.do == "forget":
-            return fleet.forget(event.boats)
-        return fleet.command(event.do, event.boats)
 
     def _break(self, event: Event, boat: str) -> None:
         processes = self.processes

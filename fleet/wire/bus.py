@@ -6,7 +6,7 @@ what was deposited, so that the thread that decides is the thread that reads.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple, Protocol
 
 
@@ -82,6 +82,28 @@ class Bus(Protocol):
 
     def overflowed(self) -> int:
         """How many messages were lost here because nobody fetched them."""
+
+    def close(self) -> None:
+        """Leave the network."""
+
+
+class Shore(Protocol):
+    """An operator's end of the network: hears every boat, asks boats and waits for their answers."""
+
+    def open(self, timeout_s: float) -> bool:
+        """Connect within the timeout; False when nobody answers."""
+
+    def listen(self, what: Iterable[str]) -> None:
+        """Keep what boats publish under these names until `heard` fetches it."""
+
+    def heard(self) -> list[tuple[str, str, bytes]]:
+        """(what, boat, payload) since the last call."""
+
+    def alive(self) -> frozenset[str]:
+        """Boats whose token is up."""
+
+    def ask_all(self, what: str, payload: bytes, timeout_s: float, boat: str = "*") -> dict[str, bytes]:
+        """Ask all boats (or one) and wait; who did not answer in time is not in the result."""
 
     def close(self) -> None:
         """Leave the network."""

@@ -61,46 +61,52 @@ def decode_state(payload: bytes, sender: str) -> BoatState:
     state = decode(payload, BoatState)
     if state.boat != sender:
         raise Refused("another boat's name")
-    if min(state.seq, state.clock_ns) < 0:
+    if state.seq < 0 or state.clock_ns < 0:
         raise Refused("impossible number")
-    numbers = (
-        state.lat_deg,
-        state.lon_deg,
-        state.cog_rad,
-        state.sog_mps,
-        state.heading_rad,
-        state.yaw_rate_radps,
-        state.position_error_m,
-        state.s_m,
-        state.plan_course_rad,
-        state.plan_speed_mps,
-        state.tangent_rad,
-        state.straight_s,
-        state.decided_course_rad,
-        state.decided_speed_mps,
-        state.cross_track_m,
-        state.along_path_m,
-        state.nearest_m,
-        state.length_m,
+    total = (  # one sum, since this runs for every message heard: a number that is not finite shows in it
+        state.lat_deg
+        + state.lon_deg
+        + state.cog_rad
+        + state.sog_mps
+        + state.heading_rad
+        + state.yaw_rate_radps
+        + state.position_error_m
+        + state.s_m
+        + state.plan_course_rad
+        + state.plan_speed_mps
+        + state.tangent_rad
+        + state.straight_s
+        + state.decided_course_rad
+        + state.decided_speed_mps
+        + state.cross_track_m
+        + state.along_path_m
+        + state.nearest_m
+        + state.length_m
     )
-    if not math.isfinite(sum(numbers)):
+    if not math.isfinite(total):
         raise Refused("not finite")
     if abs(state.lat_deg) > 90.0 or abs(state.lon_deg) > 180.0:
         raise Refused("position not on Earth")
     if not 0.0 <= state.sog_mps <= FASTEST_MPS or not 0.0 <= state.plan_speed_mps <= FASTEST_MPS:
         raise Refused("impossible speed")
-    if max(abs(state.cog_rad), abs(state.heading_rad), abs(state.plan_course_rad), abs(state.tangent_rad)) > 7.0:
+    if not (
+        -7.0 <= state.cog_rad <= 7.0
+        and -7.0 <= state.heading_rad <= 7.0
+        and -7.0 <= state.plan_course_rad <= 7.0
+        and -7.0 <= state.tangent_rad <= 7.0
+    ):
         raise Refused("impossible angle")
     if state.position_error_m < 0.0 or state.straight_s < 0.0 or len(state.stops) > 64:
         raise Refused("impossible number")
-    if max(map(len, (state.mission_id, state.nearest, *state.stops))) > TEXT or not _plausible(state):
+    if len(state.mission_id) > TEXT or len(state.nearest) > TEXT or any(len(stop) > TEXT for stop in state.stops):
+        raise Refused("impossible revision")
+    if not (_plausible(state.in_force) and _plausible(state.held) and _plausible(state.control)):
         raise Refused("impossible revision")
     return state
 
 
-def _plausible(state: BoatState) -> bool:
-    revisions: tuple[Revision, ...] = (state.in_force, state.held, state.control)
-    return all(0 <= r.counter < 1 << 40 and len(r.operator) <= 32 for r in revisions)
+def _plausible(revision: Revision) -> bool:
+    return 0 <= revision.counter < 1 << 40 and len(revision.operator) <= 32
 
 
 def decode_command(payload: bytes) -> Command:

@@ -216,6 +216,7 @@ def test_somebody_else_at_the_helm_is_not_fought(tmp_path: Path) -> None:
     assert driver.neutrals == 0, "neutral is a command too"
     assert sea.mode("b2") == Mode.NEUTRAL
     assert Reason.AUTHORITY in sea.reasons("b2")
+    assert sea.statuses["b2"].driver == "pilot"
     assert sea.members("b1") == 0
     driver.spoil = lambda reading: reading
     sea.run(1.0)
@@ -258,25 +259,31 @@ def test_without_an_operator_the_boats_return_if_the_mission_says_so(tmp_path: P
 
 
 # -- fence and battery -------------------------------------------------------------------------------------------------
-SHORT = Fence(points=((60.0, -60.0), (130.0, -60.0), (130.0, 60.0), (60.0, 60.0)))
+NARROW = Fence(points=((-50.0, -40.0), (1100.0, -40.0), (1100.0, 40.0), (-50.0, 40.0)))
+
+
+def shove(sea: Sea, boat: str, east_m: float) -> None:
+    """A squall."""
+    ship = sea.world.ships[boat]
+    ship.state = msgspec.structs.replace(ship.state, y=ship.state.y + east_m)
 
 
 def test_a_boat_outside_the_fence_goes_back_along_its_own_track(tmp_path: Path) -> None:
-    sea = sailing(tmp_path, mission(2, 12.0, fence=SHORT), 1.0)
-    sea.run_until(lambda: sea.where("b1")[0] > 130.0, 60.0)
+    sea = sailing(tmp_path, mission(2, 12.0, fence=NARROW), 30.0)
+    shove(sea, "b1", 45.0)
     sea.run(2.0)
     assert sea.mode("b1") == Mode.RETURN
     assert Reason.OUTSIDE_FENCE in sea.reasons("b1")
     assert sea.says("b1", "trouble") == ["outside the fence: return"]
     sea.run(30.0)
-    assert sea.where("b1")[0] < 130.0
+    assert sea.where("b1")[1] < 40.0
     assert Reason.OUTSIDE_FENCE not in sea.reasons("b1")
     assert sea.mode("b1") in (Mode.RETURN, Mode.HOLD), "it does not go out again by itself"
 
 
 def test_one_wild_fix_is_no_breach(tmp_path: Path) -> None:
-    sea = sailing(tmp_path, mission(2, 12.0, fence=SHORT), 5.0)
-    sea.stations["b1"].driver.spoil = spoilt(lat_deg=44.39)
+    sea = sailing(tmp_path, mission(2, 12.0, fence=NARROW), 5.0)
+    sea.stations["b1"].driver.spoil = spoilt(lon_deg=8.94)
     sea.run(0.5)
     sea.stations["b1"].driver.spoil = lambda reading: reading
     sea.run(2.0)
@@ -285,8 +292,9 @@ def test_one_wild_fix_is_no_breach(tmp_path: Path) -> None:
 
 
 def test_outside_the_fence_a_boat_is_not_resumed(tmp_path: Path) -> None:
-    sea = sailing(tmp_path, mission(2, 12.0, fence=SHORT), 1.0)
-    sea.run_until(lambda: sea.mode("b1") == Mode.RETURN, 60.0)
+    sea = sailing(tmp_path, mission(2, 12.0, fence=NARROW), 10.0)
+    shove(sea, "b1", 60.0)
+    sea.run(2.0)
     ack = sea.command("resume", boats=("b1",))["b1"]
     assert not ack.ok
     assert ack.reason == "outside the fence"

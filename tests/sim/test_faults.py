@@ -19,7 +19,7 @@ SILENT = "a boat of the formation is silent"
 
 
 def kill(name: str) -> object:
-    return lambda sailing, progress: sailing.processes.signal(name, signal.SIGKILL)
+    return lambda sailing, _: sailing.processes.signal(name, signal.SIGKILL)
 
 
 def least_speed(run: Sailed, boat: str, since_s: float, until_s: float) -> float:
@@ -143,7 +143,7 @@ def test_a_stop_outlives_a_restart_and_only_its_release_ends_it(tmp_path: Path) 
         at={
             8.0: stop,
             12.0: kill("b3"),
-            14.0: lambda sailing, progress: sailing.processes.start_agent("b3"),
+            14.0: lambda sailing, _: sailing.processes.start_agent("b3"),
             40.0: release,
         },
         warp=6.0,

@@ -1,0 +1,40 @@
+"""Running `fleet` as a user does: a process of its own."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+FLEET = [sys.executable, "-m", "fleet.cli.main"]
+DEADLINE_S = 30.0
+
+
+def environment(**more: str) -> dict[str, str]:
+    """Without what the developer has set."""
+    return {**{k: v for k, v in os.environ.items() if not k.startswith("FLEET_")}, **more}
+
+
+def fleet(*argv: str, cwd: Path | None = None, **more: str) -> subprocess.CompletedProcess[str]:
+    """Run to the end, without a terminal."""
+    return subprocess.run(
+        [*FLEET, *argv],
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=90,
+        cwd=cwd,
+        env=environment(**more),
+        check=False,
+    )
+
+
+def until(condition: Callable[[], bool], what: str, within_s: float = DEADLINE_S) -> None:
+    """Wait for something; fails with its name."""
+    deadline = time.monotonic() + within_s
+    while not condition():
+        assert time.monotonic() < deadline, f"not within {within_s:g} s: {what}"
+        time.sleep(0.02)
