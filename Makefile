@@ -23,7 +23,7 @@ $(READY): pyproject.toml constraints.txt
 setup: $(READY)
 
 demo: $(READY)
-	$(BIN)/fleet sim overtaking --warp 10
+	$(BIN)/fleet sim overtaking --warp 6
 
 test: $(READY)
 	$(BIN)/python -m pytest -n 2 --dist loadgroup

@@ -6,7 +6,7 @@ import statistics
 
 from bench.fleet_run import HZ, Result, Window, run
 from bench.table import Row, Table
-from bench.timing import CALIBRATION, REFERENCE_US, percentile
+from bench.timing import REFERENCE_US, percentile
 
 TICK_AIM_US = 300.0
 LATE_AIM_MS = 10.0
@@ -39,11 +39,12 @@ def _tick_row(table: Table, name: str, group: str, window: Window) -> None:
             name=name,
             value=median,
             unit="us",
-            ratio=median / window.unit_us,
-            over=CALIBRATION,
+            ratio=median / window.slept_us,
+            over="calibration, slept",
             aim=TICK_AIM_US,
             scale=max(window.unit_us / REFERENCE_US, 1.0),
-            note=f"p99 {percentile(window.tick_us, 0.99):.0f} us",
+            note=f"p99 {percentile(window.tick_us, 0.99):.0f} us; calibration {window.unit_us:.1f} us warm, "
+            f"{window.slept_us:.1f} slept",
         )
     )
 
@@ -83,7 +84,8 @@ def _window_rows(table: Table, group: str, result: Result, window: Window) -> No
             value=window.late(0.99),
             unit="ms",
             aim=LATE_AIM_MS,
-            note=f"p50 {window.late(0.5):.2f} ms, {window.skipped} ticks skipped of {len(window.late_ms)}",
+            note=f"p50 {window.late(0.5):.2f} ms, {window.skipped} of {len(window.late_ms)} ticks skipped; "
+            f"strangers used {window.strangers:.2f} cores",
         )
     )
     _tick_row(table, f"{what}: whole tick", group, window)

@@ -1,4 +1,4 @@
-"""N real agents with hub and world on this machine: in standby, then sailing a mission; what they noted and what the kernel did."""
+"""N real agents with hub and world on this machine, in standby and then sailing: what they and the kernel noted."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 import msgspec
 
 from bench.agent_process import NOTES, Notes
-from bench.procs import Threads, memory_mib, threads
+from bench.procs import Threads, machine_ns, memory_mib, threads
 from bench.scenes import mission
 from bench.timing import calibration, percentile
 from fleet.agent.clock import warped
@@ -50,7 +50,9 @@ class Window(msgspec.Struct):
     skipped: int  # ticks that did not take place
     rss: list[float]
     pss: list[float]
-    unit_us: float  # the calibration loop, meanwhile
+    unit_us: float  # the calibration loop, meanwhile, warm
+    slept_us: float  # the calibration loop once after a sleep, as an agent's tick begins
+    strangers: float  # cores that processes of others used meanwhile
 
     @property
     def seconds(self) -> float:
@@ -121,17 +123,19 @@ def _window(name: str, processes: Processes, boats: tuple[str, ...], seconds: fl
     hub, world = processes.pid("hub"), processes.pid("world")
     before = {boat: threads(pid) for boat, pid in pids.items()}
     hub_before, world_before = threads(hub), threads(world)
-    began = time.monotonic_ns()
+    machine = machine_ns()
+    began, own = time.monotonic_ns(), time.process_time_ns()
     units: list[float] = []
+    slept: list[float] = []
     while time.monotonic_ns() - began < seconds * 1e9:
-        spent = time.thread_time_ns()
-        for _ in range(20):
-            calibration()
-        units.append((time.thread_time_ns() - spent) * 1e-3 / 20)
+        slept.append(_calibrated_us(1))
+        units.append(_calibrated_us(20))
         time.sleep(0.25)
     ended = time.monotonic_ns()
     spent_by = {boat: threads(pid).since(before[boat]) for boat, pid in pids.items()}
     hub_spent, world_spent = threads(hub).since(hub_before), threads(world).since(world_before)
+    ours = sum(x.all for x in spent_by.values()) + hub_spent.all + world_spent.all + time.process_time_ns() - own
+    strangers = max(0.0, (machine_ns() - machine - ours) / (ended - began))
     memory = [memory_mib(pid) for pid in pids.values()]
     return Window(
         name=name,
@@ -148,7 +152,16 @@ def _window(name: str, processes: Processes, boats: tuple[str, ...], seconds: fl
         rss=[rss for rss, _ in memory],
         pss=[pss for _, pss in memory],
         unit_us=percentile(units, 0.5),
+        slept_us=percentile(slept, 0.5),
+        strangers=strangers,
     )
+
+
+def _calibrated_us(times: int) -> float:
+    began = time.thread_time_ns()
+    for _ in range(times):
+        calibration()
+    return (time.thread_time_ns() - began) * 1e-3 / times
 
 
 def _ticks_us(note: Notes, began_ns: int, ended_ns: int) -> list[float]:

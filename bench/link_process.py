@@ -46,7 +46,7 @@ def main(endpoint: str) -> None:
             for heard in bus.poll_states(16):
                 state = picture.hear(heard)
                 if state is not None:
-                    states.append((state.epoch + state.seq, time.monotonic_ns()))
+                    states.append((state.stamp_ns, time.monotonic_ns()))
             time.sleep(LOOK_S)
         print(msgspec.json.encode({"bare": bare, "states": states}).decode(), flush=True)
         subscriber.undeclare()

@@ -64,3 +64,10 @@ def memory_mib(pid: int) -> tuple[float, float]:
         if key in ("Rss", "Pss"):
             found[key] = int(rest.split()[0]) / 1024.0
     return found["Rss"], found["Pss"]
+
+
+def machine_ns() -> int:
+    """CPU that all processes of this machine have used [ns]: no idle, no waiting, no time stolen by other machines."""
+    fields = Path("/proc/stat").read_text(encoding="ascii").split("\n", 1)[0].split()
+    user, nice, system, _, _, irq, softirq = map(int, fields[1:8])
+    return (user + nice + system + irq + softirq) * TICK_NS

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import statistics
+import time
+
 from msgspec import structs
 
 from bench.scenes import boat_state, column, due
 from bench.table import Row, Table
-from bench.timing import CALIBRATION, Timed, timed
+from bench.timing import CALIBRATION, Timed, calibration, timed
 from fleet.wire.codec import decode_state, encode
 
 PEERS = (1, 4, 10, 50)
@@ -34,12 +37,29 @@ def step_rows(table: Table, quick: bool) -> None:
         assert searching.tick()[1].avoiding == 1.0
         t = timed(searching.tick, repetitions)
         table.add(_row(f"scoring, {peers} peers, deciding, searching", t, DECIDE_AIM_US if peers <= 10 else None))
+    _rested_row(table, quick)
     blocked = column("circle", 10, conflict=True)
     near = structs.replace(blocked.peers[-1], x=blocked.nav.x + 9.0)  # within 2 R: the circle acts
     blocked.peers[-1] = near
     t = timed(blocked.tick, repetitions)
     note = "avoiding" if blocked.tick()[1].avoiding else "not avoiding"
     table.add(_row("circle, 10 peers, one head-on", t, DECIDE_AIM_US, note))
+
+
+def _rested_row(table: Table, quick: bool) -> None:
+    """The same tick once after a sleep, as in an agent: caches hold something else by then."""
+    scene = column("scoring", 10)
+    spent, units = [], []
+    for _ in range(10 if quick else 30):
+        for work, kept in ((scene.tick, spent), (calibration, units)):
+            time.sleep(0.1)
+            began = time.thread_time_ns()
+            work()
+            kept.append((time.thread_time_ns() - began) * 1e-3)
+    tick, unit = statistics.median(spent), statistics.median(units)
+    note = "what a warm loop does not show; it has no aim of its own"
+    row = _row("scoring, 10 peers, once after 0.1 s of sleep", Timed(tick, unit, tick / unit), None, note)
+    table.add(structs.replace(row, over="calibration, slept"))
 
 
 def _row(name: str, t: Timed, aim: float | None, note: str = "", group: str = "step of one boat, CPU") -> Row:

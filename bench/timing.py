@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 from msgspec import Struct
 
-REFERENCE_US = 13.0  # the calibration loop on the machine for which the budgets are stated
+REFERENCE_US = 9.0  # the calibration loop on the machine for which the budgets are stated
 CALIBRATION = "calibration"
 
 

@@ -7,10 +7,10 @@ The same class runs in a boat's process (`loop`), and in a lock-step simulation;
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 from fleet import __version__
 from fleet.agent import course as courses
+from fleet.agent.background import Background
 from fleet.agent.course import Course, Track
 from fleet.agent.modes import IN_FORMATION, Goal, Mode, Reason
 from fleet.agent.orders import Orders, Sailing
@@ -34,6 +34,7 @@ from fleet.wire.messages import BoatState, FormationOrder
 
 NAVIGATION_STALE_S = 1.0
 STATES_A_TICK = 256  # of one sender
+MOST_STRANGERS = 100  # boats listened to that are not of the own mission
 SAVE_S = 1.0
 STUCK_S = 10.0
 DRIVER_AGAIN_S = 1.0
@@ -67,6 +68,7 @@ class Agent:
         boot_id: str,
         control_hz: float = 10.0,
         clock_ns: int = 50_000_000,
+        threaded: bool = False,
     ) -> None:
         self.boat, self.bus, self.driver, self.store = boat, bus, driver, store
         self.period_s = 1.0 / control_hz
@@ -78,6 +80,8 @@ class Agent:
         self.plane: Plane | None = None
         self.picture = Picture(boat, self._to_local, control_hz)
         self.picture.own_clock_ns = clock_ns
+        self.picture.own_epoch = now_ns
+        self.background = Background(threaded=threaded)
         self.troubles = Troubles()
         self.track = Track()
         self.desk = Desk(self)
@@ -94,6 +98,7 @@ class Agent:
         self.name_taken = False
         self._numbers: list[float] = []
         self._watched: frozenset[str] = frozenset()
+        self._strangers: set[str] = set()
         self._end_of: tuple[FormationOrder | None, float] = (None, 0.0)  # abscissa of the end, for a formation
         self._sailing: Sailing | None = None
         self._goal_revision = -1
@@ -196,16 +201,37 @@ class Agent:
     def _listen(self, now_ns: int) -> None:
         """Take in what the others said, and answer what was asked."""
         self.ready = self.bus.open()
+        self.background.finish()
         alive = self.bus.alive()
         if alive != self._watched:
             self._watched = alive
-            for name in sorted(alive):  # in an order that does not change from run to run
-                self.bus.watch(name)
+            self._watch(alive)
         for message in self.bus.poll_states(STATES_A_TICK):
-            state = self.picture.hear(message)
-            if state is not None:
-                self.desk.compare(state, now_ns)
+            if self.plane is None:
+                continue  # the own position says where the plane lies, not the first word of another
+            try:
+                state = self.picture.hear(message)
+                if state is not None:
+                    self.desk.compare(state, now_ns)
+            except Exception:  # noqa: BLE001  a boat under way outlives any message
+                self.desk.failed("state")
         self.desk.serve(now_ns)
+
+    def _watch(self, alive: frozenset[str]) -> None:
+        """Listen to who is there: to the roster always, to so many strangers as may really be."""
+        roster = self.picture.roster
+        for name in sorted(self._strangers):
+            if name in roster:
+                self._strangers.discard(name)
+            elif name not in alive:
+                self._strangers.discard(name)
+                self.bus.unwatch(name)
+        for name in sorted(alive):  # in an order that does not change from run to run
+            if name not in roster and name not in self._strangers:
+                if len(self._strangers) >= MOST_STRANGERS:
+                    continue
+                self._strangers.add(name)
+            self.bus.watch(name)
 
     def _goal(self, now_ns: int) -> tuple[Goal, Reason]:
         sailing = self.orders.sailing

@@ -41,7 +41,7 @@ class AgentConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     clock: ClockSpec = field(default_factory=ClockSpec)
     boot_id: str = ""  # default: the kernel's
     seed: int = 0  # of the simulated radio
-    slots: Annotated[int, Meta(ge=1, le=64)] = 4  # publication times in one period, by roster number
+    slots: Annotated[int, Meta(ge=1, le=64)] = 8  # publication times in one period, by roster number
 
     def folder(self) -> Path:
         """Where this boat keeps what must survive a restart."""

@@ -6,22 +6,29 @@ words are kept as they were written, so that any boat that holds them can hand t
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping
+from hashlib import blake2b
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
+from fleet.agent import door
 from fleet.agent.modes import Goal, Reason
 from fleet.errors import FleetError
 from fleet.mission.check import check
 from fleet.mission.formation import check_formation
-from fleet.mission.load import decode
 from fleet.mission.plan import Plan, build
 from fleet.wire.codec import LARGEST_JUMP, Refused, decode_formation, decode_mission_order, encode
 from fleet.wire.messages import MAJOR, Ack, Command, FormationOrder, MissionOrder, Revision, Signed
 
 FREE_KINDS = ("hold", "abort", "stop-now", "take")
 """What any permitted operator may say, in control or not."""
-REMEMBERED = 256
+REMEMBERED = 256  # of those obeyed, and of those refused: a flood of refusals makes no old command new
+LONGEST_REASON = 400
+REFUSALS_TOLD_S = 0.2  # between two events about refusals; all of them are counted
+MANY_PATHS = 10  # from here on it takes longer than a tick may to hold all places against each other
+
+log = logging.getLogger("fleet.agent")
 
 
 class Sailing(Struct):
@@ -72,7 +79,11 @@ class Orders:
         self.forget: Callable[[tuple[str, ...]], list[str]] = lambda names: []
         self.resume_at: Callable[[str], str] = lambda text: ""
         self.abscissas: Callable[[], dict[str, float]] = dict
-        self._answered: dict[str, Ack] = {}
+        self._obeyed: dict[str, tuple[bytes, Ack]] = {}
+        self._refused: dict[str, tuple[bytes, Ack]] = {}
+        self._told_ns = 0
+        self._read: tuple[Signed, str, Sailing | None] | None = None  # a mission read in the background
+        self._checked: tuple[Plan, float, float, bool, list[str]] | None = None  # so, a formation
         self._rulings: Mapping[str, Callable[[Command, int], Ruling]] = {
             "launch": self._launch,
             "set": self._set,
@@ -89,37 +100,84 @@ class Orders:
     # -- commands --------------------------------------------------------------------------------------------------
     def obey(self, command: Command, now_ns: int) -> Ack:
         """Do what an operator says, or refuse with the reason; the same id twice is done once."""
-        known = self._answered.get(command.id)
-        if known is not None:
-            return known
-        ruling = self._rule(command, now_ns)
-        ack = Ack(
-            MAJOR, command.id, self.boat, ruling.ok, ruling.reason, ruling.old, ruling.new, self.version, ruling.safety
-        )
-        if not ruling.ok:
-            self.note("refused", f"{command.kind} of {command.operator}: {ruling.reason}")
-        while len(self._answered) >= REMEMBERED:
-            del self._answered[next(iter(self._answered))]
-        self._answered[command.id] = ack
+        digest = blake2b(encode(structs.replace(command, stamp_ns=0)), digest_size=16).digest()
+        known = self._obeyed.get(command.id) or self._refused.get(command.id)
+        if known is not None and known[0] == digest:
+            return known[1]
+        ruling = Ruling(False, "another command had this id") if known is not None else self._rule(command, now_ns)
+        reason = ruling.reason[:LONGEST_REASON]
+        ack = Ack(MAJOR, command.id, self.boat, ruling.ok, reason, ruling.old, ruling.new, self.version, ruling.safety)
+        if not ruling.ok and now_ns - self._told_ns >= REFUSALS_TOLD_S * 1e9:
+            self._told_ns = now_ns
+            self.note("refused", f"{command.kind} of {command.operator}: {reason}")
+        if known is None:
+            answered = self._obeyed if ruling.ok else self._refused
+            while len(answered) >= REMEMBERED:
+                del answered[next(iter(answered))]
+            answered[command.id] = digest, ack
         return ack
 
+    def work(self, command: Command, now_ns: int) -> Callable[[], None] | None:
+        """What takes too long for a tick and must be done before `obey`; None when nothing does."""
+        words = command.order
+        if words is None or command.id in self._obeyed or command.id in self._refused:
+            return None
+        if self._not_permitted(command) is not None:
+            return None
+        if command.kind == "launch" and not self.stops and self._launched_before(words, command.operator) is None:
+            return lambda: self._read_ahead(words, now_ns)
+        return self.formation_work(words, self.abscissas()) if command.kind == "set" else None
+
+    def formation_work(self, words: Signed, abscissas: dict[str, float] | None) -> Callable[[], None] | None:
+        """The part of judging a change that takes long in a large formation."""
+        sailing = self.sailing
+        if sailing is None or len(sailing.plan.paths) <= MANY_PATHS:
+            return None
+        try:
+            order = decode_formation(words)
+        except Refused:
+            return None
+        if order.mission_id != sailing.order.mission_id or not sailing.held < order.revision:
+            return None
+        plan, key = sailing.plan, abscissas is not None
+
+        def check_ahead() -> None:
+            found = check_formation(plan, order.spacing_m, order.cruise_mps, abscissas)
+            self._checked = plan, order.spacing_m, order.cruise_mps, key, found
+
+        return check_ahead
+
+    def _misfits(self, plan: Plan, order: FormationOrder, abscissas: dict[str, float] | None) -> list[str]:
+        """Why a formation cannot be sailed, as found in the background or now."""
+        checked, self._checked = self._checked, None
+        if checked is not None and checked[0] is plan:
+            _, spacing_m, cruise_mps, key, found = checked
+            if (spacing_m, cruise_mps, key) == (order.spacing_m, order.cruise_mps, abscissas is not None):
+                return found
+        return check_formation(plan, order.spacing_m, order.cruise_mps, abscissas)
+
     def _rule(self, command: Command, now_ns: int) -> Ruling:
+        refusal = self._not_permitted(command)
+        if refusal is not None:
+            return refusal
+        ruling = self._rulings[command.kind](command, now_ns)
+        if ruling.ok and command.kind not in FREE_KINDS and not self.control.operator:
+            self.control = Revision(self.control.counter + 1, command.operator)
+            self.changed = True
+        return ruling
+
+    def _not_permitted(self, command: Command) -> Ruling | None:
+        """Why a command is not even looked into."""
         if command.boats and self.boat not in command.boats:
             return Ruling(False, "not addressed to this boat")
-        rule = self._rulings.get(command.kind)
-        if rule is None:
+        if command.kind not in self._rulings:
             return Ruling(False, f"unknown command {command.kind!r}; this boat runs fleet {self.version}")
         if command.mission_id and (self.sailing is None or self.sailing.order.mission_id != command.mission_id):
             mine = self.sailing.order.mission_id if self.sailing else "none"
             return Ruling(False, f"it is for mission {command.mission_id}; this boat holds {mine}")
-        free = command.kind in FREE_KINDS
-        if not free and self.control.operator not in ("", command.operator):
+        if command.kind not in FREE_KINDS and self.control.operator not in ("", command.operator):
             return Ruling(False, f"{self.control.operator} holds control; `fleet take` takes it over")
-        ruling = rule(command, now_ns)
-        if ruling.ok and not free and not self.control.operator:
-            self.control = Revision(self.control.counter + 1, command.operator)
-            self.changed = True
-        return ruling
+        return None
 
     def _launch(self, command: Command, now_ns: int) -> Ruling:
         if command.order is None:
@@ -127,25 +185,47 @@ class Orders:
         if self.stops:
             return Ruling(False, f"stopped by {_and(self.stops)}; release first", safety=True)
         old = self.sailing.order.mission_id if self.sailing else "none"
-        problem, sailing = self.read_mission(command.order, now_ns)
+        before = self._launched_before(command.order, command.operator)
+        if before is not None:
+            return before
+        problem, sailing = self._take_read(command.order, now_ns)
         if sailing is None:
             return Ruling(False, problem, safety=True)
-        if sailing.order.operator != command.operator:
-            return Ruling(False, f"the mission was written by {sailing.order.operator}, not by {command.operator}")
-        mission_id = sailing.order.mission_id
-        if mission_id in self.known_missions:
-            if mission_id != old:
-                return Ruling(False, f"mission {mission_id} was launched before; launch it anew")
-            return Ruling(True, "held already", old, mission_id)
         sailing.starts_ns = now_ns + int(sailing.order.apply_in_s * 1e9)
         self.begin(sailing, Goal.FOLLOW)
         return Ruling(True, "", old, sailing.order.mission_id)
+
+    def _launched_before(self, words: Signed, operator: str) -> Ruling | None:
+        """What a launch comes to whose mission need not, or must not, be read."""
+        try:
+            order = decode_mission_order(words)
+        except Refused as refusal:
+            return Ruling(False, f"the mission {refusal}", safety=True)
+        if order.operator != operator:
+            return Ruling(False, f"the mission was written by {order.operator}, not by {operator}")
+        old = self.sailing.order.mission_id if self.sailing else "none"
+        if order.mission_id not in self.known_missions:
+            return None
+        if order.mission_id != old:
+            return Ruling(False, f"mission {order.mission_id} was launched before; launch it anew")
+        return Ruling(True, "held already", old, order.mission_id)
+
+    def _read_ahead(self, words: Signed, now_ns: int) -> None:
+        problem, sailing = self.read_mission(words, now_ns)
+        self._read = words, problem, sailing
+
+    def _take_read(self, words: Signed, now_ns: int) -> tuple[str, Sailing | None]:
+        """A mission as read in the background, or now."""
+        read, self._read = self._read, None
+        if read is not None and read[0] is words:
+            return read[1], read[2]
+        return self.read_mission(words, now_ns)
 
     def read_mission(self, words: Signed, now_ns: int) -> tuple[str, Sailing | None]:
         """The mission in an operator's words, or why this boat does not sail it."""
         try:
             order = decode_mission_order(words)
-            mission = decode(order.mission)
+            mission = door.read(order.mission)
             findings = check(mission)
             if findings.problems:
                 return "; ".join(findings.problems[:3]), None
@@ -154,6 +234,9 @@ class Orders:
             return f"the mission {refusal}", None
         except FleetError as error:
             return str(error), None
+        except Exception as error:
+            log.exception("a mission could not be read", extra={"event": "mission"})
+            return f"the mission cannot be read: {type(error).__name__}", None
         numbers = {boat.name: boat.number for boat in plan.boats}
         if self.boat not in numbers:
             return f"not in the roster {_and(numbers)}", None
@@ -191,11 +274,11 @@ class Orders:
             return Ruling(False, f"it is for mission {order.mission_id}; this boat holds {sailing.order.mission_id}")
         if order.based_on != held:
             return Ruling(False, f"based on revision {order.based_on}, but {held} is held")
-        if order.revision.operator != command.operator or not held < order.revision:
+        if order.revision.operator != command.operator or order.revision.counter <= held.counter:
             return Ruling(False, f"revision {order.revision} of {command.operator} does not follow {held}")
         if order.revision.counter > held.counter + LARGEST_JUMP:
             return Ruling(False, f"revision {order.revision} is more than {LARGEST_JUMP} ahead of {held}")
-        problems = check_formation(sailing.plan, order.spacing_m, order.cruise_mps, self.abscissas())
+        problems = self._misfits(sailing.plan, order, self.abscissas())
         if problems:
             return Ruling(False, "; ".join(problems), safety=True)
         old = _formation_words(sailing.pending or sailing.formation)
@@ -222,7 +305,7 @@ class Orders:
             return "not newer"
         if order.revision.counter > held.counter + LARGEST_JUMP:
             return f"revision {order.revision} is more than {LARGEST_JUMP} ahead of {held}"
-        problems = check_formation(sailing.plan, order.spacing_m, order.cruise_mps)
+        problems = self._misfits(sailing.plan, order, None)
         if problems:
             return "; ".join(problems)
         rival = sailing.pending or sailing.formation

@@ -10,9 +10,10 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from operator import attrgetter
 
-from msgspec import Struct
+from msgspec import Struct, field
 
 from fleet import ops
+from fleet.agent.doubt import FASTEST_JUMP_MPS, Doubt, most_missed
 from fleet.agent.modes import UNDER_ORDERS, Mode
 from fleet.avoidance.types import Peer
 from fleet.wire.bus import Heard
@@ -23,15 +24,15 @@ SILENT_PERIODS = 7.0  # 0.7 s at 10 Hz
 SILENT_WITHOUT_TOKEN_S = 0.3
 DISCIPLINED_NS = 100_000_000
 CLASH_S = 1.0
-FASTEST_JUMP_MPS = 15.0
+FRESH_PERIODS = 1.5  # who was heard so lately still speaks
+FARTHEST_M = 100_000.0  # beyond it nobody is a neighbour, and a flat sea is no good
 JUMP_SLACK_M = 20.0
 RETURN_RAMP_S = 2.0  # weight in the formation grows from 0 to 1, so that a return is no bump
 AHEAD_S = 10.0  # a silent boat is anywhere between its last position and this far along its path
 OLDEST_S = 30.0  # a stamp further from reception than this is a wrong clock, not a slow message
 GROWS_MPS = 0.2
 STRANGERS_FROM = 1000
-FASTEST_HZ = 100.0  # states of one boat
-MOST_MISSED = 1000
+MOST_OTHERS = 256
 
 Along = Callable[[str, float], tuple[float, float] | None]
 """(boat, abscissa) -> its position on its path, if it sails our mission."""
@@ -69,7 +70,8 @@ class Other(Struct):
     lost: int = 0
     half_trip_s: float = -1.0  # half of the last echo's round trip
     forgotten: bool = False
-    doubted: tuple[float, float, int, int] = (0.0, 0.0, 0, 0)  # a jump: position, time, how many agreed
+    doubt: Doubt = field(default_factory=Doubt)  # about its numbers or its place
+    newcomer: Doubt = field(default_factory=Doubt)  # another process under its name, perhaps
 
 
 class Picture:
@@ -77,12 +79,15 @@ class Picture:
 
     def __init__(self, boat: str, to_local: Callable[[float, float], tuple[float, float]], state_hz: float) -> None:
         self._boat, self._to_local = boat, to_local
+        self._state_hz = state_hz
         self._silent_s = SILENT_PERIODS / state_hz
         self.others: dict[str, Other] = {}
         self.roster: dict[str, int] = {}
         self.silent_names: set[str] = set()  # as `peers` found them in this tick
         self.refused: Counter[str] = Counter()
         self.own_name_heard_ns = 0
+        self.own_epoch = 0
+        self._namesake = Doubt()
         self.own_clock_ns = DISCIPLINED_NS
 
     # -- who -------------------------------------------------------------------------------------------------------
@@ -103,11 +108,20 @@ class Picture:
         other = self.others.get(name)
         if other is None:
             number = self.roster.get(name)
+            if len(self.others) >= MOST_OTHERS:
+                self._drop_a_stranger()
             if number is None:
                 taken = [o.number for o in self.others.values()]
                 number = max([STRANGERS_FROM - 1, *taken]) + 1
             other = self.others[name] = Other(name, number)
         return other
+
+    def _drop_a_stranger(self) -> None:
+        """Forget the boat not of the mission that has been silent for longest: names cost nothing, memory does."""
+        strangers = [other for other in self.others.values() if other.name not in self.roster]
+        if strangers:
+            oldest = min(strangers, key=lambda other: other.track.heard_ns if other.track is not None else 0)
+            del self.others[oldest.name]
 
     def name_of(self, number: float) -> str:
         """The boat of a number; of both halves of a clash."""
@@ -133,26 +147,42 @@ class Picture:
         try:
             state = decode_state(message.payload, message.sender)
             if message.sender == self._boat:
-                self.own_name_heard_ns = message.at_ns
-                raise Refused("own name")
-            self._take(self.watched(message.sender), state, message.at_ns)
+                self._hear_own_name(state, message.at_ns)
+            believed = self._take(self.watched(message.sender), state, message.at_ns)
         except Refused as refusal:
             self.refused[str(refusal)] += 1
             return None
-        return state
+        return state if believed else None
 
-    def _take(self, other: Other, state: BoatState, now_ns: int) -> None:
+    def _hear_own_name(self, state: BoatState, now_ns: int) -> None:
+        """Own words that come back are nobody; another process that goes on speaking is."""
+        if state.epoch == self.own_epoch:
+            raise Refused("own words")
+        self._namesake.add(state, 0.0, 0.0, now_ns, self._state_hz)
+        if self._namesake.settled(3, 0.0):
+            self.own_name_heard_ns = now_ns
+        raise Refused("own name")
+
+    def _local(self, state: BoatState) -> tuple[float, float]:
+        x, y = self._to_local(state.lat_deg, state.lon_deg)
+        if not abs(x) + abs(y) <= FARTHEST_M:
+            raise Refused("too far away")
+        return x, y
+
+    def _take(self, other: Other, state: BoatState, now_ns: int) -> bool:
+        """Whether it now stands for the boat; not when it is the second one in a clash."""
         track = other.track
         if track is None:
             other.track = self._track(state, now_ns)
             other.heard += 1
-            return
-        if state.epoch == track.state.epoch:
+        elif state.epoch == track.state.epoch:
             self._follow(other, track, state, now_ns)
         elif other.second is not None and state.epoch == other.second.state.epoch:
             self._speaks_on(other.second, state, now_ns)
+            return False
         else:
             self._new_epoch(other, track, state, now_ns)
+        return other.second is None
 
     def _follow(self, other: Other, track: Track, state: BoatState, now_ns: int) -> None:
         """The next message of the same process."""
@@ -160,26 +190,16 @@ class Picture:
         if missed < 0:
             raise Refused("old or doubled")
         gap_s = max((now_ns - track.heard_ns) * 1e-9, 0.0)
-        if missed > MOST_MISSED + FASTEST_HZ * gap_s:  # believed, it would shut out every true message after it
-            raise Refused("impossible sequence number")
-        x, y = self._to_local(state.lat_deg, state.lon_deg)
-        if ops.hypot(x - track.x, y - track.y) > FASTEST_JUMP_MPS * gap_s + JUMP_SLACK_M and not self._agreed(
-            other, x, y, now_ns
-        ):
-            raise Refused("impossible jump")
-        other.doubted = (0.0, 0.0, 0, 0)
+        x, y = self._local(state)
+        leapt = missed > most_missed(gap_s, self._state_hz)  # believed, it would shut out every true message after it
+        if leapt or ops.hypot(x - track.x, y - track.y) > FASTEST_JUMP_MPS * gap_s + JUMP_SLACK_M:
+            other.doubt.add(state, x, y, now_ns, self._state_hz)
+            if not other.doubt.settled(10, 0.5):  # better late than an obstacle in the wrong place
+                raise Refused("impossible sequence number" if leapt else "impossible jump")
+        other.doubt.clear()
         other.heard += 1
         other.lost += min(missed, 1000)
         self._update(track, state, now_ns, x, y)
-
-    @staticmethod
-    def _agreed(other: Other, x: float, y: float, now_ns: int) -> bool:
-        """A jump is believed once ten messages in a row agree on it: better late than an obstacle in the wrong place."""
-        x0, y0, at_ns, count = other.doubted
-        near = at_ns and ops.hypot(x - x0, y - y0) < FASTEST_JUMP_MPS * (now_ns - at_ns) * 1e-9 + 5.0
-        count = count + 1 if near else 1
-        other.doubted = (x, y, now_ns, count)
-        return count >= 10
 
     def _new_epoch(self, other: Other, track: Track, state: BoatState, now_ns: int) -> None:
         """Another process under the same name: a restart, two boats with one name, or a replay."""
@@ -188,30 +208,41 @@ class Picture:
         if last is not None and state.seq <= last:
             raise Refused("replay")
         speaks = (now_ns - track.heard_ns) * 1e-9 <= CLASH_S
-        if last is None and speaks and both_disciplined and 0.0 <= track.lead_s and state.stamp_ns < track.state.stamp_ns:
+        if (
+            last is None
+            and speaks
+            and both_disciplined
+            and track.lead_s >= 0.0
+            and state.stamp_ns < track.state.stamp_ns
+        ):
             raise Refused("replay")  # else a restart with a wrong clock would be ignored
-        if last is not None:  # it was replaced, and speaks on: two live processes
-            other.second = self._track(state, now_ns)
-            other.clash_since_ns = other.clash_since_ns or now_ns
+        x, y = self._local(state)
+        fresh = (now_ns - track.heard_ns) * 1e-9 <= FRESH_PERIODS / self._state_hz
+        if fresh or other.second is not None:  # one forged message must not replace a boat that speaks
+            other.newcomer.add(state, x, y, now_ns, self._state_hz)
+            if not other.newcomer.settled(3, FRESH_PERIODS / self._state_hz):
+                raise Refused("another start, not yet believed")
+            other.second = self._track(state, now_ns)  # two live processes
+            other.clash_since_ns = other.clash_since_ns or other.newcomer.since_ns
             return
         self._retire(other, track)
+        other.retired.pop(state.epoch, None)
         other.track = self._track(state, now_ns)
         other.heard += 1
 
     @staticmethod
     def _retire(other: Other, track: Track) -> None:
-        if len(other.retired) >= 64:
-            other.retired.clear()
+        while len(other.retired) >= 64:
+            del other.retired[next(iter(other.retired))]
         other.retired[track.state.epoch] = track.state.seq
 
     def _speaks_on(self, second: Track, state: BoatState, now_ns: int) -> None:
         if state.seq <= second.state.seq:
             raise Refused("replay")
-        x, y = self._to_local(state.lat_deg, state.lon_deg)
-        self._update(second, state, now_ns, x, y)
+        self._update(second, state, now_ns, *self._local(state))
 
     def _track(self, state: BoatState, now_ns: int) -> Track:
-        x, y = self._to_local(state.lat_deg, state.lon_deg)
+        x, y = self._local(state)
         track = Track(state, now_ns, x, y, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, -1.0)
         self._update(track, state, now_ns, x, y)
         return track

@@ -104,6 +104,7 @@ def run_agent(config: AgentConfig, stop: threading.Event, ready: Callable[[Agent
         boot_id=config.boot_id or boot_id(),
         control_hz=config.control_hz,
         clock_ns=int(config.clock_error_ms * 1e6),
+        threaded=True,
     )
     if config.mission:
         sail_from_file(agent, config.mission, now_ns)

@@ -37,7 +37,7 @@ class Inputs(Struct, frozen=True, array_like=True):
 
     tick: int
     dt: float
-    state: State[float, msgspec.Raw]
+    state: msgspec.Raw  # State[float, memory of the way of keeping clear]
     nav: Nav[float]
     members: tuple[Member[float], ...]
     peers: tuple[Peer[float], ...]
@@ -132,7 +132,7 @@ class Reporter:
             self._reasons = int(agent.reasons)
             self._status_ns = now_ns
             self._publish_status(now_ns)
-        if now_ns - self._viewed_ns >= VIEWER_S * 1e9:
+        if self._records and now_ns - self._viewed_ns >= VIEWER_S * 1e9:
             self._viewed_ns = now_ns
             self._record_view(now_ns)
 

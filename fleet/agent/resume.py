@@ -6,18 +6,21 @@ A boat switched on at the quay never sails yesterday's mission: it stands by, sa
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from fleet.agent import course as courses
 from fleet.agent.modes import Goal, Reason
 from fleet.agent.orders import Sailing
 from fleet.agent.store import UNKNOWN_BOOT, Kept, Progress
+from fleet.geo import Plane
 
 if TYPE_CHECKING:
     from fleet.agent.agent import Agent
 
 SOON_S = 60.0
 NEAR_M = 20.0
+TRACK_KEPT = 100  # points of the track that are written
 LAPS = 10_000  # more than anybody sails round a circuit
 
 
@@ -29,7 +32,11 @@ class Resumption:
         self._kept: Kept | None = agent.store.kept()
         self._progress: Progress | None = agent.store.progress()
         self._abscissa: float | None = None
+        self._plane: Plane | None = None
+        self._places: dict[courses.Point, courses.Point] = {}
         self._open = True  # still to be considered
+        self._reading = False
+        self._read: tuple[str, Sailing | None] | None = None
         self.refused = ""
         orders = agent.orders
         orders.stops = dict.fromkeys(agent.store.stops())
@@ -56,9 +63,13 @@ class Resumption:
             return
         if agent.nav.sound < 0.5:
             return
+        if not self._reading:
+            self._reading = agent.background.submit(self._read_ahead, lambda: None)
+        if self._read is None:
+            return
         self._open = False
         told = agent.orders.goal, agent.orders.why
-        problem, sailing = agent.orders.read_mission(kept.mission, now_ns)
+        problem, sailing = self._read
         if sailing is None:
             agent.orders.note("not-resumed", f"the mission on disk: {problem}")
             return
@@ -76,6 +87,11 @@ class Resumption:
             agent.orders.note("not-resumed", self.refused)
             return
         self._go_on(progress, sailing, now_ns)
+
+    def _read_ahead(self) -> None:
+        assert self._kept is not None
+        assert self._kept.mission is not None
+        self._read = self._agent.orders.read_mission(self._kept.mission, self._agent.now_ns)
 
     def _why_not(self, progress: Progress | None, sailing: Sailing, now_ns: int) -> str:
         """Why the mission on disk is not simply gone on with; '' when it is."""
@@ -167,5 +183,13 @@ class Resumption:
             s_m=agent.state.s,
             goal=int(agent.orders.goal),
             ended=agent.state.ended > 0.5,
-            track=tuple(plane.to_geographic(x, y) for x, y in agent.track.points[-100:]),
+            track=self._geographic(plane, agent.track.points[-TRACK_KEPT:]),
         )
+
+    def _geographic(self, plane: Plane, points: Sequence[courses.Point]) -> tuple[courses.Point, ...]:
+        """Points of the track on WGS 84: those of the second before are known."""
+        if plane is not self._plane:
+            self._plane, self._places = plane, {}
+        known = self._places
+        self._places = {point: known.get(point) or plane.to_geographic(*point) for point in points}
+        return tuple(self._places[point] for point in points)

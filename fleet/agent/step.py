@@ -23,6 +23,8 @@ from fleet.paths import PathPoint
 M = TypeVar("M")
 NAVIGATION_GOOD_FOR_S = 3.0
 FAR = 1.0e6
+ON_EARTH_M = 1.0e8
+ABSURD = 100.0  # m/s, rad/s, rad: finite, but no boat's; sines of 1e30 rad are not
 FOLLOW, HOLD, RETURN, ALONE = float(Goal.FOLLOW), float(Goal.HOLD), float(Goal.RETURN), float(Goal.ALONE)
 NEUTRAL, STANDBY = float(Goal.NEUTRAL), float(Goal.STANDBY)
 
@@ -143,10 +145,12 @@ def step(
     limits = params.limits
     point = path.at(state.s)
     sound = (
-        (nav.sound > 0.5)
-        & ops.finite(nav.x + nav.y + nav.psi)
-        & ops.finite(nav.vx + nav.vy + nav.r)
+        (nav.sound > 0.5)  # NaN fails every one of these
+        & (abs(nav.x) + abs(nav.y) < ON_EARTH_M)
+        & (abs(nav.psi) < ABSURD)
+        & (abs(nav.vx) + abs(nav.vy) + abs(nav.r) < ABSURD)
         & (nav.sigma >= 0.0)
+        & (nav.sigma < ON_EARTH_M)
     )
     x, y = ops.where(sound, nav.x, point.x), ops.where(sound, nav.y, point.y)
     psi, sigma = ops.where(sound, nav.psi, 0.0), ops.where(sound, nav.sigma, 0.0)

@@ -87,7 +87,7 @@ class Lines:
     def __call__(self, progress: Progress) -> None:
         """Say what is new."""
         while self._told < len(progress.outcomes):
-            say.note(f"{progress.t_s:7.1f} s  {told(progress.outcomes[self._told])}")
+            say.note(f"{max(0.0, progress.t_s):7.1f} s  {told(progress.outcomes[self._told])}")
             self._told += 1
         now = time.monotonic()
         if now < self._next or progress.note == "starting":
@@ -152,7 +152,7 @@ class Picture:
         command = ""
         if self._told:
             at_s, outcome = self._told[-1]
-            command = f"{at_s:7.1f} s  {told(outcome)}"
+            command = f"{max(0.0, at_s):7.1f} s  {told(outcome)}"
         self._screen.draw(
             Text(mission.title, style="bold", no_wrap=True, overflow="ellipsis"),
             live.bar(t_s, total_s, f"{clock}{'; ' + progress.note if progress.note else ''}"),

@@ -5,6 +5,7 @@ For simulators only; an agent has one path and no numpy.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -183,15 +184,16 @@ def _per_path(paths: Sequence[Path]) -> _Lanes:
         first=points([path._first for path in paths]),
         last=points([path._last for path in paths]),
         line=np.array([_is_line(path) for path in paths]),
-        x1=np.array([path.cells[0].x1 + 0.0 for path in paths]),
-        y1=np.array([path.cells[0].y1 + 0.0 for path in paths]),
+        x1=np.array([path.cells[0].x1 for path in paths]),
+        y1=np.array([path.cells[0].y1 for path in paths]),
         per_m=np.array([path.cells[0].per_m for path in paths]),
     )
 
 
 def _is_line(path: Path) -> bool:
     cell = path.cells[0]
-    return not path.closed and len(path.cells) == 1 and cell.x2 == cell.x3 == cell.y2 == cell.y3 == 0.0
+    signed = any(v == 0.0 and math.copysign(1.0, v) < 0.0 for v in (cell.x1, cell.y1))  # -0.0: no two ways agree
+    return not path.closed and len(path.cells) == 1 and cell.x2 == cell.x3 == cell.y2 == cell.y3 == 0.0 and not signed
 
 
 def _taken(lanes: _Lanes, index: IntArray) -> _Lanes:

@@ -19,6 +19,7 @@ from fleet.wire.memory_bus import MemoryBus, Water
 
 Tap = Callable[[str, str, bytes], None]
 EVENTS_KEPT = 10_000
+NOBODY: frozenset[str] = frozenset()
 
 
 class Tide(Water):
@@ -26,7 +27,7 @@ class Tide(Water):
 
     def __init__(self, now_ns: Callable[[], int], operator: str) -> None:
         super().__init__(now_ns)
-        self.operators.add(operator)
+        self.ashore = frozenset((operator,))
         self.moorings: dict[str, Mooring] = {}
         self._said: list[tuple[str, str, bytes]] = []
         self._asked: list[tuple[Mooring, str, str, bytes]] = []
@@ -110,7 +111,11 @@ class Mooring(MemoryBus):
 
     def alive(self) -> frozenset[str]:
         """Boats whose token is up."""
-        return self._tide.alive_but(self._boat) if self.link_up() else frozenset()
+        return self._tide.alive_but(self._boat) if self.link_up() else NOBODY
+
+    def operators(self) -> frozenset[str]:
+        """The operator, while it is there."""
+        return self._tide.ashore if self.link_up() else NOBODY
 
     def close(self) -> None:
         """Leave the water; the token goes with it."""
@@ -180,7 +185,7 @@ class LockstepShore:
 
     def close(self) -> None:
         """The operator leaves."""
-        self._tide.operators.clear()
+        self._tide.ashore = NOBODY
 
 
 class WorldDriver:

@@ -49,6 +49,7 @@ class World:
 
     def __init__(self, plan: Plan, start_ns: int, seed: int = 0) -> None:
         self.plan, self.now_ns, self._seed = plan, start_ns, seed
+        self.watchdog_s = WATCHDOG_S
         self._steps = 0
         environment = plan.mission.environment
         toward = math.radians(environment.current_toward_deg)
@@ -91,7 +92,7 @@ class World:
         self.now_ns += STEP_NS
         self._steps += 1
         for ship in self.ships.values():
-            alive = (self.now_ns - ship.commanded_ns) * 1e-9 < WATCHDOG_S and not ship.actuator_down
+            alive = (self.now_ns - ship.commanded_ns) * 1e-9 < self.watchdog_s and not ship.actuator_down
             ship.state = ship.hull.advance(
                 ship.state, ship.u_d, ship.r_d, self.water, ship.limits, STEP_S, ship.powered if alive else 0.0
             )

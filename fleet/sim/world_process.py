@@ -22,6 +22,7 @@ from fleet.sim.world import SENSE_S, STEP_NS, STEPS_A_SENSE, World
 
 LARGEST = 65000
 TRUTH_EVERY = 2  # senses: 10 Hz
+WATCHDOG_WALL_S = 0.25  # a busy machine may delay a set-point so long, which at high warp is more than the watchdog
 MOST_STEPS = 50  # caught up at once; a machine that stalls longer loses time in the open
 
 
@@ -63,6 +64,7 @@ class WorldProcess:
         mission = decode(Path(spec.mission_file).read_bytes())
         self._clock = SystemClock(spec.clock)
         self._world = World(build(mission), self._clock.now_ns(), spec.seed)
+        self._world.watchdog_s = max(self._world.watchdog_s, WATCHDOG_WALL_S * spec.clock.warp)
         self._radio = mission.radio
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)

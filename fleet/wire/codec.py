@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Any, Final, TypeVar
 
 import msgspec
@@ -27,7 +28,9 @@ Message = TypeVar("Message")
 LARGEST = 1 << 20  # bytes of a message; a mission with ten thousand points is a quarter of it
 LARGEST_STATE = 4096
 FASTEST_MPS = 30.0
+FARTHEST = 1e9  # metres or seconds of anything; a number beyond overflows somewhere in a sum
 LARGEST_JUMP = 1000  # revisions
+WIDEST_M = 1e5  # spacing, either way; a flat sea is good for less
 TEXT = 200
 
 _encoder: Final = msgspec.msgpack.Encoder()
@@ -56,8 +59,12 @@ def decode(payload: bytes, kind: type[Message]) -> Message:
     return message
 
 
+@lru_cache(maxsize=256)
 def decode_state(payload: bytes, sender: str) -> BoatState:
-    """The state that `sender` published on its own key; Refused when it cannot be true."""
+    """The state that `sender` published on its own key; Refused when it cannot be true.
+
+    Receivers in one process share the bytes, and so what was found in them.
+    """
     state = decode(payload, BoatState)
     if state.boat != sender:
         raise Refused("another boat's name")
@@ -96,7 +103,22 @@ def decode_state(payload: bytes, sender: str) -> BoatState:
         and -7.0 <= state.tangent_rad <= 7.0
     ):
         raise Refused("impossible angle")
-    if state.position_error_m < 0.0 or state.straight_s < 0.0 or len(state.stops) > 64:
+    if not (
+        0.0 <= state.position_error_m <= 1e3
+        and 0.0 <= state.straight_s <= FARTHEST
+        and -FARTHEST <= state.s_m <= FARTHEST
+        and -FARTHEST <= state.cross_track_m <= FARTHEST
+        and -FARTHEST <= state.along_path_m <= FARTHEST
+        and 0.0 <= state.nearest_m <= FARTHEST
+        and -100.0 <= state.yaw_rate_radps <= 100.0
+        and -FASTEST_MPS <= state.decided_speed_mps <= FASTEST_MPS
+        and 0.0 <= state.length_m <= 1e3
+        and 0 <= state.mode <= 255
+        and 0 <= state.reasons < 1 << 63
+        and -FARTHEST <= state.lap <= FARTHEST
+        and state.epoch >= 0
+        and len(state.stops) <= 64
+    ):
         raise Refused("impossible number")
     if len(state.mission_id) > TEXT or len(state.nearest) > TEXT or any(len(stop) > TEXT for stop in state.stops):
         raise Refused("impossible revision")
@@ -112,11 +134,19 @@ def _plausible(revision: Revision) -> bool:
 def decode_command(payload: bytes) -> Command:
     """A command; Refused when it is malformed."""
     command = decode(payload, Command)
-    if not 0 < len(command.id) <= 64 or not NAME.fullmatch(command.operator):
+    if not 0 < len(command.id) <= 64 or not plain(command.id) or not NAME.fullmatch(command.operator):
         raise Refused("command without an id or an operator's name")
     if len(command.names) > 256 or len(command.boats) > 256 or len(command.text) > TEXT:
         raise Refused("impossible command")
+    words = (command.kind, *command.boats, *command.names)  # they come back in answers and events
+    if any(len(word) > 64 for word in words) or not (len(command.mission_id) <= TEXT and plain(command.mission_id)):
+        raise Refused("impossible command")
     return command
+
+
+def plain(text: str) -> bool:
+    """Whether a text is of printable ASCII: as many bytes as letters, one line."""
+    return text.isascii() and (text.isprintable() or not text)
 
 
 def decode_formation(signed: Signed) -> FormationOrder:
@@ -124,9 +154,13 @@ def decode_formation(signed: Signed) -> FormationOrder:
     order = decode(signed.body, FormationOrder)
     if not math.isfinite(order.spacing_m + order.cruise_mps + order.apply_in_s):
         raise Refused("not finite")
-    if not 0.0 <= order.apply_in_s <= 3600.0 or not 0 <= order.revision.counter < 1 << 40:
+    if not 0.0 <= order.apply_in_s <= 3600.0 or not (_plausible(order.revision) and _plausible(order.based_on)):
         raise Refused("impossible order")
-    if len(order.mission_id) > TEXT or len(order.revision.operator) > 32:
+    if abs(order.spacing_m) > WIDEST_M:
+        raise Refused("is for a formation too long")
+    if not 0.0 <= order.cruise_mps <= FASTEST_MPS:
+        raise Refused("impossible order")
+    if len(order.mission_id) > TEXT or not plain(order.mission_id):
         raise Refused("impossible order")
     return order
 
@@ -136,6 +170,14 @@ def decode_mission_order(signed: Signed) -> MissionOrder:
     order = decode(signed.body, MissionOrder)
     if not math.isfinite(order.apply_in_s) or not 0.0 <= order.apply_in_s <= 3600.0:
         raise Refused("impossible order")
-    if not 0 < len(order.mission_id) <= TEXT:
+    if not 0 < len(order.mission_id) <= TEXT or not plain(order.mission_id) or len(order.operator) > 32:
         raise Refused("impossible order")
     return order
+
+
+def decode_held(payload: bytes) -> Held:
+    """A neighbour's answer about its mission or formation; Refused when it cannot be one."""
+    held = decode(payload, Held)
+    if not math.isfinite(held.remaining_s):
+        raise Refused("not finite")
+    return held

@@ -43,10 +43,12 @@ def operator_key(fleet: str, operator: str) -> str:
 
 
 def boat_of(key_expr: str) -> str:
-    """The boat that a key belongs to."""
-    return key_expr.split("/", 3)[2]
+    """The boat that a key belongs to; `` for a key that is nobody's, such as one with wildcards."""
+    parts = key_expr.split("/", 3)
+    return parts[2] if len(parts) == 4 and NAME.fullmatch(parts[2]) else ""
 
 
 def operator_of(key_expr: str) -> str:
-    """The operator that a key belongs to."""
-    return key_expr.split("/", 4)[3]
+    """The operator that a key belongs to; `` for a key that is nobody's."""
+    parts = key_expr.split("/", 4)
+    return parts[3] if len(parts) == 5 and NAME.fullmatch(parts[3]) else ""

@@ -25,8 +25,13 @@ from fleet.wire.bus import Answer, Heard, Request
 log = logging.getLogger("fleet.wire")
 Topology = Literal["hub", "routed", "mesh"]
 RING = 256  # states of one peer kept between two ticks
-REQUESTS = 512
-MOST_PEERS = 128
+REQUESTS = 512  # of each kind, so that no flood of one pushes out another
+LARGEST = 1 << 20  # bytes of a request, as the codec has it
+WAITING_BYTES = 8 << 20  # of requests not yet fetched
+LARGEST_RECEIVED = 2 << 20  # the transport drops what is larger, before it takes memory
+MOST_PEERS = 256
+MOST_TOKENS = 512
+LARGEST_HEARD = 1 << 16  # bytes of a state, a status or an event that an operator's machine keeps
 LINK_LOOK_NS = 20_000_000  # so long the answer to `link_up` holds: asking costs 25 us, a tick asks five times
 
 
@@ -58,11 +63,12 @@ def session_config(mode: str, link: LinkConfig) -> zenoh.Config:
         "transport": {
             "shared_memory": {"enabled": False},
             "link": {
+                "rx": {"max_message_size": LARGEST_RECEIVED},
                 "tx": {
                     "lease": link.lease_ms,
                     "keep_alive": link.keep_alive,
                     "queue": {"congestion_control": {"block": {"wait_before_close": 1_000_000}}},
-                }
+                },
             },
         },
     }
@@ -78,6 +84,13 @@ def _direct(callback: Callable[[Any], object]) -> Any:
     return zenoh.handlers.Callback(callback, indirect=False)
 
 
+def _noted(up: frozenset[str], name: str, appears: bool) -> frozenset[str]:
+    """A token appears or goes; names that nobody may have, and more than there can be, are passed over."""
+    if not appears:
+        return up - {name}
+    return up | {name} if name and len(up) < MOST_TOKENS else up
+
+
 class ZenohBus:
     """A boat's end of the network (see `fleet.wire.bus.Bus`)."""
 
@@ -88,10 +101,11 @@ class ZenohBus:
         self._wanted: set[str] = set()
         self._subscribers: dict[str, Any] = {}
         self._publishers: dict[str, zenoh.Publisher] = {}
-        self._requests: deque[tuple[str, zenoh.Query]] = deque(maxlen=REQUESTS)
+        self._requests: dict[str, deque[tuple[zenoh.Query, int]]] = {what: deque() for what in keys.ASKED}
+        self._waiting_bytes = 0
+        self._unfetched = 0
+        self._lock = threading.Lock()  # of subscribing, which the opening thread does too
         self._answers: deque[Answer] = deque(maxlen=REQUESTS)
-        self._alive: dict[str, bool] = {}
-        self._operators: dict[str, bool] = {}
         self._boats_up: frozenset[str] = frozenset()
         self._operators_up: frozenset[str] = frozenset()
         self._link_up, self._link_seen_ns = False, 0
@@ -151,7 +165,16 @@ class ZenohBus:
             self._subscribe(boat)
 
     def _deposit_request(self, what: str, query: zenoh.Query) -> None:
-        self._requests.append((what, query))
+        """In Zenoh's thread: keep it for the next tick, or drop and count it when too much waits already."""
+        payload = query.payload
+        size = 0 if payload is None else len(payload)
+        waiting = self._requests[what]
+        if len(waiting) >= REQUESTS or size > LARGEST or self._waiting_bytes + size > WAITING_BYTES:
+            self._unfetched += 1
+            query.drop()
+            return
+        self._waiting_bytes += size
+        waiting.append((query, size))
 
     def alone_with_my_name(self) -> bool:
         """False when another station holds this boat's liveliness token."""
@@ -168,14 +191,12 @@ class ZenohBus:
 
     def _on_alive(self, sample: zenoh.Sample) -> None:
         boat = keys.boat_of(str(sample.key_expr))
-        if boat != self._boat and len(self._alive) < 4 * MOST_PEERS:
-            self._alive[boat] = sample.kind == zenoh.SampleKind.PUT
-            self._boats_up = frozenset(boat for boat, up in tuple(self._alive.items()) if up)
+        if boat != self._boat:
+            self._boats_up = _noted(self._boats_up, boat, sample.kind == zenoh.SampleKind.PUT)
 
     def _on_operator(self, sample: zenoh.Sample) -> None:
-        if len(self._operators) < 4 * MOST_PEERS:
-            self._operators[keys.operator_of(str(sample.key_expr))] = sample.kind == zenoh.SampleKind.PUT
-            self._operators_up = frozenset(name for name, up in tuple(self._operators.items()) if up)
+        operator = keys.operator_of(str(sample.key_expr))
+        self._operators_up = _noted(self._operators_up, operator, sample.kind == zenoh.SampleKind.PUT)
 
     # -- states ------------------------------------------------------------------------------------------------------
     def watch(self, boat: str) -> None:
@@ -188,15 +209,16 @@ class ZenohBus:
 
     def _subscribe(self, boat: str) -> None:
         assert self._session is not None
-        if boat in self._rings:
-            return
-        subscriber = self._session.declare_subscriber(
-            keys.key(self._fleet, boat, keys.STATE),
-            zenoh.handlers.RingChannel(RING),
-            allowed_origin=zenoh.Locality.REMOTE,
-        )
-        self._subscribers[boat] = subscriber
-        self._rings[boat] = subscriber.handler
+        with self._lock:
+            if boat in self._rings:
+                return
+            subscriber = self._session.declare_subscriber(
+                keys.key(self._fleet, boat, keys.STATE),
+                zenoh.handlers.RingChannel(RING),
+                allowed_origin=zenoh.Locality.REMOTE,
+            )
+            self._subscribers[boat] = subscriber
+            self._rings[boat] = subscriber.handler
 
     def unwatch(self, boat: str) -> None:
         """Listen to it no longer."""
@@ -210,7 +232,7 @@ class ZenohBus:
         """States since the last call, at most `bound` a sender."""
         heard: list[Heard] = []
         now = self._now_ns()
-        for boat, ring in self._rings.items():
+        for boat, ring in tuple(self._rings.items()):  # the opening thread may add to it
             for _ in range(bound):
                 sample = ring.try_recv()
                 if sample is None:
@@ -233,10 +255,12 @@ class ZenohBus:
     def poll_requests(self, bound: int) -> list[Request]:
         """Requests since the last call."""
         requests: list[Request] = []
-        while self._requests and len(requests) < bound:
-            what, query = self._requests.popleft()
-            payload = query.payload
-            requests.append(self._request(what, query, b"" if payload is None else payload.to_bytes()))
+        for what, waiting in self._requests.items():  # commands first
+            while waiting and len(requests) < bound:
+                query, size = waiting.popleft()
+                self._waiting_bytes -= size
+                payload = query.payload
+                requests.append(self._request(what, query, b"" if payload is None else payload.to_bytes()))
         return requests
 
     def _request(self, what: str, query: zenoh.Query, payload: bytes) -> Request:
@@ -244,7 +268,7 @@ class ZenohBus:
 
         def reply(answer: bytes) -> None:
             with contextlib.suppress(zenoh.ZError), query:
-                query.reply(mine, answer)
+                query.reply(mine, answer, congestion_control=zenoh.CongestionControl.DROP)
 
         def drop() -> None:
             with contextlib.suppress(zenoh.ZError), query:
@@ -268,6 +292,7 @@ class ZenohBus:
                 payload=payload,
                 timeout=2.0,
                 priority=zenoh.Priority.INTERACTIVE_LOW,
+                congestion_control=zenoh.CongestionControl.DROP,
             )
 
     def poll_answers(self) -> list[Answer]:
@@ -304,8 +329,8 @@ class ZenohBus:
         return self._operators_up
 
     def overflowed(self) -> int:
-        """Rings drop the oldest without telling: unknown, counted by sequence numbers instead."""
-        return 0
+        """Requests dropped here; states that a ring dropped are counted by their sequence numbers instead."""
+        return self._unfetched
 
     def close(self) -> None:
         """Leave the network: token first, then everything else with the session."""
@@ -361,7 +386,9 @@ class OperatorBus:
             )
 
     def _deposit(self, what: str, sample: zenoh.Sample) -> None:
-        self._heard.append((what, keys.boat_of(str(sample.key_expr)), sample.payload.to_bytes()))
+        boat = keys.boat_of(str(sample.key_expr))
+        if boat and len(sample.payload) <= LARGEST_HEARD:
+            self._heard.append((what, boat, sample.payload.to_bytes()))
 
     def heard(self) -> list[tuple[str, str, bytes]]:
         """(what, boat, payload) since the last call."""
@@ -371,7 +398,9 @@ class OperatorBus:
         return messages
 
     def _on_alive(self, sample: zenoh.Sample) -> None:
-        self._alive[keys.boat_of(str(sample.key_expr))] = sample.kind == zenoh.SampleKind.PUT
+        boat = keys.boat_of(str(sample.key_expr))
+        if boat and (boat in self._alive or len(self._alive) < MOST_TOKENS):
+            self._alive[boat] = sample.kind == zenoh.SampleKind.PUT
 
     def alive(self) -> frozenset[str]:
         """Boats whose token is up."""
@@ -393,7 +422,9 @@ class OperatorBus:
         )
         for reply in replies:
             if reply.ok is not None:
-                answers[keys.boat_of(str(reply.ok.key_expr))] = reply.ok.payload.to_bytes()
+                boat_answered = keys.boat_of(str(reply.ok.key_expr))
+                if boat_answered:
+                    answers[boat_answered] = reply.ok.payload.to_bytes()
         return answers
 
     def close(self) -> None:

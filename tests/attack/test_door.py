@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from fleet.agent.modes import Mode, Reason
+from fleet.agent.modes import Goal, Mode, Reason
 from fleet.mission.model import Formation, Mission, Sine, Through
 from fleet.wire import keys
 from fleet.wire.bus import Answer
@@ -61,7 +61,7 @@ def test_no_lie_about_a_boat_that_speaks_takes_it_out_of_the_sums(tmp_path: Path
 
 def test_a_boat_whose_number_truly_leapt_is_believed_again(tmp_path: Path) -> None:
     sea = sailing(tmp_path, mission(3))
-    sea.agent("b2").reporter._seq += 5000  # noqa: SLF001
+    sea.agent("b2").reporter._seq += 5000
     sea.run(4.0)
     assert members(sea) == [2, 2, 2]
 
@@ -199,7 +199,7 @@ def test_huge_or_strange_words_in_a_command_are_refused_in_few_words(tmp_path: P
     sea.tick()
     assert not answers["b1"].ok
     assert len(encode(answers["b1"])) < 600
-    assert sea.mode("b1") == Mode.FOLLOW
+    assert sea.agent("b1").orders.goal == Goal.FOLLOW
 
 
 def test_an_old_id_with_another_content_is_refused_and_not_acknowledged_as_done(tmp_path: Path) -> None:
@@ -315,7 +315,7 @@ def test_no_time_that_a_neighbour_hands_on_ends_the_boat(tmp_path: Path, what: s
         words = Signed(encode(order))
     bus = sea.stations["b1"].bus
     assert bus is not None
-    bus._answers.append(Answer("b2", what, encode(Held(MAJOR, words, remaining_s))))  # noqa: SLF001
+    bus._answers.append(Answer("b2", what, encode(Held(MAJOR, words, remaining_s))))
     sea.run(0.5)
 
 
@@ -344,7 +344,9 @@ def big_mission(km: float) -> Mission:
     """Two boats on a long curve."""
     points = tuple((km * 5.0 * i, 100.0 * math.sin(0.2 * i)) for i in range(201))
     return msgspec.structs.replace(
-        mission(2, fence=None), paths={"path": Through(points=points)}, formation=Formation(spacing_m=12.0, cruise_mps=1.0)
+        mission(2, fence=None),
+        paths={"path": Through(points=points)},
+        formation=Formation(spacing_m=12.0, cruise_mps=1.0),
     )
 
 
@@ -354,6 +356,6 @@ def test_many_refusals_with_ever_other_words_fill_no_memory(tmp_path: Path) -> N
     assert bus is not None
     for i in range(300):
         order = FormationOrder(MAJOR, "m", Revision(1, "anna"), Revision(0, ""), 15.0, 1.0 + i, apply_in_s=-1.0)
-        bus._answers.append(Answer("b2", keys.FORMATION, encode(Held(MAJOR, Signed(encode(order)), 0.0))))  # noqa: SLF001
+        bus._answers.append(Answer("b2", keys.FORMATION, encode(Held(MAJOR, Signed(encode(order)), 0.0))))
         sea.tick()
     assert len(sea.agent("b1").desk.refused) <= 64

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.conftest import Afloat
+from tests.cli.conftest import LONG, Afloat
 from tests.cli.terminal import FLEET, environment, until
 
 pytestmark = pytest.mark.sails
@@ -59,11 +59,12 @@ def test_there_is_nothing_to_set_before_a_launch(afloat: Afloat) -> None:
 
 
 def test_launch_asks_with_target_old_and_new(afloat: Afloat) -> None:
-    code, out, shown = on_a_terminal(afloat, "n", "launch", "overtaking", "--set", "timeline=[]")
+    changes = [word for change in LONG for word in ("--set", change)]
+    code, out, shown = on_a_terminal(afloat, "n", "launch", "overtaking", *changes)
     assert (code, out) == (1, "")
     assert f"launch: fleet sim at {afloat.connect}, ALL 2 boats (b1, b2): none -> Two boats on one line" in shown
     assert "not confirmed: nothing was sent" in shown
-    code, out, shown = on_a_terminal(afloat, "y", "launch", "overtaking", "--set", "timeline=[]")
+    code, out, shown = on_a_terminal(afloat, "y", "launch", "overtaking", *changes)
     assert code == 0, shown
     assert out.splitlines()[1:] == ["  b1  acknowledged", "  b2  acknowledged"]
     until(lambda: modes(afloat) == ["follow", "follow"], "both boats follow")

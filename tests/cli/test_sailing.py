@@ -59,7 +59,7 @@ def test_interrupted_on_the_way_it_ends_everything_and_leaves_a_readable_run(tmp
     errors = tmp_path / "stderr"
     with errors.open("w") as stderr:
         sim = subprocess.Popen(
-            [*FLEET, "sim", "overtaking", "--warp", "5", "--json", "--runs", str(tmp_path)],
+            [*FLEET, "sim", "overtaking", "--warp", "10", "--json", "--runs", str(tmp_path)],
             stdout=subprocess.PIPE,
             stderr=stderr,
             env=environment(),
@@ -94,7 +94,7 @@ def test_killed_outright_it_leaves_no_process(tmp_path: Path) -> None:
             stderr=stderr,
             env=environment(),
         )
-    until(lambda: "b1 follow" in errors.read_text(), "the boats follow")
+    until(lambda: "acknowledged" in errors.read_text(), "the boats have their mission")
     children = psutil.Process(sim.pid).children(recursive=True)
     sim.kill()
     sim.wait()
