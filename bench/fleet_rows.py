@@ -28,7 +28,7 @@ def fleet_rows(table: Table, quick: bool) -> None:
         group = f"{boats} agents at {HZ:g} Hz, hub and world, one machine"
         _start_rows(table, group, result)
         for window in result.windows.values():
-            _window_rows(table, group, result, window)
+            _window_rows(table, group, window)
 
 
 def _tick_row(table: Table, name: str, group: str, window: Window) -> None:
@@ -63,10 +63,9 @@ def _start_rows(table: Table, group: str, result: Result) -> None:
     table.add(Row(group=group, name="the tick that takes a mission, CPU", value=result.worst_launch_ms, unit="ms"))
 
 
-def _window_rows(table: Table, group: str, result: Result, window: Window) -> None:
+def _window_rows(table: Table, group: str, window: Window) -> None:
     what = window.name
-    expected = result.boats * (result.boats - 1) * HZ * window.seconds
-    share = 100.0 * window.heard / expected
+    share = 100.0 * window.heard / max(window.could, 1.0)
     table.add(
         Row(
             group=group,
@@ -74,7 +73,7 @@ def _window_rows(table: Table, group: str, result: Result, window: Window) -> No
             value=float(window.lost),
             unit="",
             aim=0.0,
-            note=f"of {window.heard + window.lost}, {share:.0f} % of all that could be",
+            note=f"of {window.heard + window.lost}, {share:.1f} % of those due",
         )
     )
     table.add(

@@ -46,6 +46,7 @@ class Window(msgspec.Struct):
     tick_us: list[float]  # CPU of the loop's thread from tick to tick, all agents
     late_ms: list[float]
     heard: int
+    could: float  # messages that were due between the first and the last look at the counters
     lost: int
     skipped: int  # ticks that did not take place
     rss: list[float]
@@ -147,6 +148,7 @@ def _window(name: str, processes: Processes, boats: tuple[str, ...], seconds: fl
         tick_us=[],
         late_ms=[],
         heard=0,
+        could=0.0,
         lost=0,
         skipped=0,
         rss=[rss for rss, _ in memory],
@@ -188,3 +190,4 @@ def _fill(window: Window, notes: list[Notes]) -> None:
         if len(counted) > 1:
             window.heard += counted[-1][1] - counted[0][1]
             window.lost += counted[-1][2] - counted[0][2]
+            window.could += (counted[-1][0] - counted[0][0]) * 1e-9 * HZ * (len(notes) - 1)

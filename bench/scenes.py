@@ -118,7 +118,7 @@ def boat_state(name: str = "b7", seq: int = 1, stamp_ns: int = 1_700_000_000_000
         plan_speed_mps=1.0021,
         tangent_rad=math.pi / 7.0,
         straight_s=150.0,
-        decided_course_rad=0.0123,
+        decided_yaw_rate_radps=0.0123,
         decided_speed_mps=1.0021,
         cross_track_m=0.123,
         along_path_m=0.045,

@@ -1,7 +1,7 @@
 """The errors that `fleet` raises on purpose.
 
 Every message says what is wrong, the value, where it stands, and what was expected. Trouble at sea is not here: it is
-data (`fleet.agent.reasons`), because a boat under way must go on deciding.
+data (`fleet.agent.modes`), because a boat under way must go on deciding.
 """
 
 

@@ -3,8 +3,8 @@
 A law is written once over these functions and serves one boat (plain floats) and a batch (one array per variable, boats
 along the last axis). Built only from operations that IEEE 754 rounds the same everywhere: + - * / sqrt, comparisons,
 selection. `sin cos atan2 tanh` of the libraries differ between processors and array lengths, so they have twins here.
-What a float takes by `if`, a lane selects by `where`; the arithmetic is shared. numpy is imported only where an array
-appears, never by an agent's tick.
+What a float takes by `if`, a lane selects by `where`; the arithmetic is shared, or the same in `ops_lanes`. numpy is
+imported only where an array appears, never by an agent's tick.
 """
 
 from __future__ import annotations
@@ -105,7 +105,11 @@ def minimum(a: Any, b: Any) -> Any:
         return b
     if cond is False:
         return a
-    return where(cond, b, a)
+    import numpy as np
+
+    if type(b) is float and b != 0.0:  # zeros of either sign are equal, and processors differ in which one they take
+        return np.minimum(a, b)
+    return np.where(cond, b, a)
 
 
 @overload
@@ -121,7 +125,11 @@ def maximum(a: Any, b: Any) -> Any:
         return b
     if cond is False:
         return a
-    return where(cond, b, a)
+    import numpy as np
+
+    if type(b) is float and b != 0.0:
+        return np.maximum(a, b)
+    return np.where(cond, b, a)
 
 
 @overload
@@ -215,36 +223,29 @@ def no(cond: Any) -> Any:
     return cond ^ True
 
 
-def sincos(x: R) -> tuple[R, R]:
+@overload
+def sincos(x: float) -> tuple[float, float]: ...
+@overload
+def sincos(x: FloatArray) -> tuple[FloatArray, FloatArray]: ...
+def sincos(x: Any) -> Any:
     """Sine and cosine of x [rad]; error below 3e-16 for |x| < 1e5."""
+    if type(x) is not float and getattr(x, "ndim", None):
+        from fleet import ops_lanes
+
+        return ops_lanes.sincos(x)
     n = (x * _TWO_OVER_PI + BIG) - BIG
     r = ((x - n * _P1) - n * _P2) - n * _P3
     z = r * r
     sin_r = r + r * z * (_S3 + z * (_S5 + z * (_S7 + z * (_S9 + z * (_S11 + z * (_S13 + z * _S15))))))
     cos_r = 1.0 + z * (_C2 + z * (_C4 + z * (_C6 + z * (_C8 + z * (_C10 + z * (_C12 + z * (_C14 + z * _C16)))))))
     quarter = n - 4.0 * ((n * 0.25 + BIG) - BIG)  # -2, -1, 0, 1, 2
-    if type(quarter) is float:
-        if quarter == 0.0:
-            return sin_r, cos_r
-        if quarter == 1.0:
-            return cos_r, -sin_r
-        if quarter == -1.0:
-            return -cos_r, sin_r
-        return -sin_r, -cos_r
-    odd = abs(quarter) == 1.0
-    s, c = where(odd, cos_r, sin_r), where(odd, sin_r, cos_r)
-    flip_s = (quarter == -1.0) | (abs(quarter) == 2.0)
-    flip_c = (quarter == 1.0) | (abs(quarter) == 2.0)
-    return where(flip_s, -s, s), where(flip_c, -c, c)
-
-
-def _atan_at(k: Any) -> Any:
-    """atan(k / 4) for the whole number k of 0..4, from a table."""
-    if type(k) is float:
-        return _ATAN_AT[int(k)] if k == k else k  # noqa: PLR0124 - NaN has no row
-    import numpy as np
-
-    return np.take(np.array(_ATAN_AT), np.nan_to_num(k).astype(np.intp), mode="clip")
+    if quarter == 0.0:
+        return sin_r, cos_r
+    if quarter == 1.0:
+        return cos_r, -sin_r
+    if quarter == -1.0:
+        return -cos_r, sin_r
+    return -sin_r, -cos_r
 
 
 @overload
@@ -257,18 +258,24 @@ def atan2(y: Any, x: Any) -> Any:
     """Angle of (x, y) in [-pi, pi] [rad]; 0 for (0, 0). Error below 5e-16."""
     a, b = abs(y), abs(x)
     steep = a > b
-    top, bottom = where(steep, b, a), where(steep, a, b)
-    t = top / where(bottom <= 0.0, 1.0, bottom)  # a NaN stays
+    if steep is not True and steep is not False and steep.ndim:
+        from fleet import ops_lanes
+
+        return ops_lanes.atan2(y, x)
+    top, bottom = (b, a) if steep else (a, b)
+    t = top / (1.0 if bottom <= 0.0 else bottom)  # a NaN stays
     k = (t * 4.0 + BIG) - BIG
     c = k * 0.25
     w = (t - c) / (1.0 + c * t)
     z = w * w
     series = 1.0 / 9.0 + z * (-1.0 / 11.0 + z * (1.0 / 13.0 + z * (-1.0 / 15.0)))
     small = w + w * z * (-1.0 / 3.0 + z * (1.0 / 5.0 + z * (-1.0 / 7.0 + z * series)))
-    angle = _atan_at(k) + small
-    angle = where(steep, PI / 2.0 - angle, angle)
-    angle = where(x < 0.0, PI - angle, angle)
-    return where(y < 0.0, -angle, angle)
+    angle = (_ATAN_AT[int(k)] if k == k else k) + small  # noqa: PLR0124 - NaN has no row
+    if steep:
+        angle = PI / 2.0 - angle
+    if x < 0.0:
+        angle = PI - angle
+    return -angle if y < 0.0 else angle
 
 
 def wrap(angle: R) -> R:
@@ -282,20 +289,19 @@ def tanh(x: float) -> float: ...
 def tanh(x: FloatArray) -> FloatArray: ...
 def tanh(x: Any) -> Any:
     """Hyperbolic tangent; error below 4e-16."""
+    if type(x) is not float and getattr(x, "ndim", None):
+        from fleet import ops_lanes
+
+        return ops_lanes.tanh(x)
     y = minimum(abs(x), 22.0) * -2.0
     k = (y * _LOG2E + BIG) - BIG
     r = (y - k * _LN2_HIGH) - k * _LN2_LOW
     e = _E8 + r * (_E9 + r * (_E10 + r * (_E11 + r * (_E12 + r * _E13))))
     e = _E3 + r * (_E4 + r * (_E5 + r * (_E6 + r * (_E7 + r * e))))
     e = 1.0 + r * (1.0 + r * (0.5 + r * e))
-    if type(e) is float:
-        e = math.ldexp(e, int(k)) if k == k else k  # noqa: PLR0124 - NaN cannot be an exponent
-    else:
-        import numpy as np
-
-        e = np.ldexp(e, np.nan_to_num(k).astype(np.intc))
+    e = math.ldexp(e, int(k)) if k == k else k  # noqa: PLR0124 - NaN cannot be an exponent
     t = (1.0 - e) / (1.0 + e)
-    return where(x < 0.0, -t, t)
+    return -t if x < 0.0 else t
 
 
 @overload
@@ -306,7 +312,8 @@ def select(rules: Any, default: Any) -> Any:
     """The value of the first rule (condition, value) that holds, else the default."""
     result = default
     for cond, value in reversed(rules):
-        result = where(cond, value, result)
+        if some(cond):
+            result = where(cond, value, result)
     return result
 
 
@@ -343,7 +350,7 @@ def _gather(value: Any, lanes: Any) -> Any:
     if hasattr(value, "take_lanes"):
         return value.take_lanes(lanes)
     if getattr(value, "ndim", 0) > 0:
-        return value[..., lanes]
+        return value.take(lanes, axis=-1)
     return value
 
 

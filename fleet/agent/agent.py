@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 
+from msgspec import structs
+
 from fleet import __version__
 from fleet.agent import course as courses
 from fleet.agent.background import Background
@@ -77,11 +79,13 @@ class Agent:
         self.orders.forget = self._forget
         self.orders.resume_at = self._resume_at
         self.orders.abscissas = self._abscissas
+        self.orders.position_error_m = lambda: self.nav.sigma
         self.plane: Plane | None = None
         self.picture = Picture(boat, self._to_local, control_hz)
         self.picture.own_clock_ns = clock_ns
         self.picture.own_epoch = now_ns
         self.background = Background(threaded=threaded)
+        self.orders.apart = threaded
         self.troubles = Troubles()
         self.track = Track()
         self.desk = Desk(self)
@@ -106,6 +110,7 @@ class Agent:
         self._saved_ns = 0
         self._saved_stops: tuple[str, ...] = ()
         self._stuck_s = self._late_s = 0.0
+        self.stale_s = NAVIGATION_STALE_S
         self._driver_trouble = ""
         self._driver_failed_ns = 0
         self.sound_ns = 0  # when navigation was last sound; 0: never
@@ -179,7 +184,7 @@ class Agent:
             and abs(reading.lat_deg) <= 90.0
             and 0.0 <= reading.position_error_m < math.inf
         )
-        if not known or not -0.5 < age_s < NAVIGATION_STALE_S:
+        if not known or not -0.5 < age_s < self.stale_s:
             self.nav = Nav(0.0, self.nav.x, self.nav.y, self.nav.psi, 0.0, 0.0, 0.0, self.nav.sigma)
             return
         x, y = self._to_local(reading.lat_deg, reading.lon_deg)
@@ -277,6 +282,8 @@ class Agent:
             self.nav = Nav(n.sound, x, y, n.psi, n.vx, n.vy, n.r, n.sigma)
         self.plane = plane
         self.picture.set_roster((boat.name for boat in sailing.plan.boats), plane.to_local)
+        self.picture.set_state_hz(min(sailing.plan.mission.state_hz, 1.0 / self.period_s))
+        self.reporter.state_ns = int(1e9 / sailing.plan.mission.state_hz)
         for boat in sailing.plan.boats:
             if boat.name != self.boat:
                 self.bus.watch(boat.name)
@@ -310,7 +317,7 @@ class Agent:
         else:
             self.course, s = courses.at_point(nav.x, nav.y), 0.0
         old = self.state
-        self.state = State(s, old.good, 0.0, old.x_h, old.y_h, 0.0, old.keep)
+        self.state = State(s, 0.0, old.good, 0.0, old.x_h, old.y_h, 0.0, old.keep)
         self.reporter.course(self.course)
 
     def _lap_reference(self, sailing: Sailing, now_ns: int) -> tuple[float, float] | None:
@@ -347,7 +354,7 @@ class Agent:
         state = self.state
         if numbers != self._numbers:
             keep = self.method.align(state.keep, self._numbers, numbers)
-            state = State(state.s, state.good, state.held, state.x_h, state.y_h, state.ended, keep)
+            state = structs.replace(state, keep=keep)
             self._numbers = numbers
         order = self._order(goal)
         path = self.course.path

@@ -15,7 +15,7 @@ from collections.abc import Callable
 
 log = logging.getLogger("fleet.agent")
 MOST = 4  # pieces that wait; who asks for more is told to ask again
-SWITCH_S = 0.0005  # so long the loop waits for the interpreter while a piece is worked on; Python's own is 5 ms
+SWITCH_S = 0.0001  # so long the loop waits for the interpreter while a piece is worked on; Python's own is 5 ms
 
 
 class Background:

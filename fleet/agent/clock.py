@@ -8,6 +8,9 @@ from typing import Annotated, Protocol
 
 from msgspec import Meta, Struct
 
+TIME_ERROR = 5  # of adjtimex(2): the clock is not synchronised
+UNDISCIPLINED_NS = 10_000_000_000
+
 
 class Clock(Protocol):
     """The time that a process lives by."""
@@ -41,11 +44,29 @@ class SystemClock:
         passed = time.monotonic_ns() - self._monotonic
         return self._utc + (passed if self._warp == 1.0 else int(passed * self._warp))
 
+    def error_ns(self) -> int:
+        """How wrong this clock may be: the kernel's bound, and what its wall time was moved since the start."""
+        return kernel_error_ns() + abs(time.time_ns() - self.now_ns())
+
     def sleep_until(self, at_ns: int, wake: threading.Event) -> None:
         """Wait for that time, or until `wake` is set."""
         left = (at_ns - self.now_ns()) * 1e-9 / self._warp
         if left > 0.0:
             wake.wait(left) if left > 0.5 else time.sleep(left)
+
+
+def kernel_error_ns() -> int:
+    """The bound that NTP, PTP or GNSS keep on the machine's clock; 10 s when nothing disciplines it."""
+    import ctypes
+
+    words = (ctypes.c_long * 64)()  # struct timex: modes, offset, freq, maxerror, esterror, status, ...
+    try:
+        state = ctypes.CDLL(None, use_errno=True).adjtimex(ctypes.byref(words))
+    except (OSError, AttributeError):
+        return UNDISCIPLINED_NS
+    if state < 0 or state == TIME_ERROR:
+        return UNDISCIPLINED_NS
+    return int(words[3]) * 1000
 
 
 def warped(warp: float) -> ClockSpec:

@@ -35,9 +35,7 @@ class AgentConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     record: str = ""  # file of the recording; "none": no recording; default: <state_dir>/recordings/<stamp>.mcap
     mission: str = ""  # a mission file to sail by itself, without an operator
     control_hz: Annotated[float, Meta(ge=1.0, le=100.0)] = 10.0
-    clock_error_ms: Annotated[float, Meta(ge=0.0)] = (
-        50.0  # how wrong this machine's clock may be; GNSS or NTP: below 100
-    )
+    clock_error_ms: float = -1.0  # how wrong this machine's clock may be; below 0: as the kernel says, every 10 s
     clock: ClockSpec = field(default_factory=ClockSpec)
     boot_id: str = ""  # default: the kernel's
     seed: int = 0  # of the simulated radio
@@ -132,6 +130,14 @@ def load_config(
     config = msgspec.convert(tree, AgentConfig)
     if not config.boat:
         raise ConfigError("boat: no name given; expected --boat NAME, FLEET_BOAT or `boat = ` in the configuration")
+    link = config.link
+    if link.topology == "hub" and not link.connect:
+        config = msgspec.structs.replace(config, link=msgspec.structs.replace(link, connect=("tcp/127.0.0.1:7447",)))
+    elif not link.connect and not link.listen:
+        raise ConfigError(
+            f"link.topology {link.topology!r} with nothing to listen on or connect to reaches nobody; expected "
+            "link.listen and link.connect such as tcp/10.0.0.5:7447, or --topology hub"
+        )
     valid_name("boat", config.boat)
     valid_name("fleet", config.fleet)
     return config

@@ -58,7 +58,7 @@ def of_track(points: tuple[Point, ...]) -> Course | None:
 
 
 class Track:
-    """Where the boat has been, thinned: a point every 10 m, loops cut off when it comes by again."""
+    """Where the boat has been: a point every 10 m; when there are many, every second one is dropped."""
 
     def __init__(self, points: Sequence[Point] = ()) -> None:
         self.points: list[Point] = list(points)
@@ -101,8 +101,8 @@ def end_abscissa(plan: Plan, number: int, spacing_m: float) -> float:
     boat = plan.boats[number]
     if boat.path.closed:
         return ENDLESS
-    foremost = max(other.slot * spacing_m for other in plan.boats)
-    return boat.path.length - (foremost - boat.slot * spacing_m)
+    first = min(other.path.length - other.slot * spacing_m for other in plan.boats if not other.path.closed)
+    return min(first + boat.slot * spacing_m, boat.path.length)
 
 
 def inside(polygon: Sequence[Point], x: float, y: float) -> bool:

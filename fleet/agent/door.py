@@ -21,6 +21,10 @@ MOST_EVENTS = 1000
 MOST_WAVES = 10_000
 LONGEST_CURVES_M = 100_000.0  # sines and splines of a mission together: a cell a metre, half a kilobyte each
 
+HEAVY_CURVES_M = 5_000.0  # from here on, or from so many points or paths, checking takes longer than a tick
+HEAVY_POINTS = 1000
+HEAVY_PATHS = 10
+
 _decoder = msgspec.msgpack.Decoder(Mission)
 
 
@@ -38,13 +42,21 @@ def read(content: bytes) -> Mission:
     return decode(content)
 
 
-def _within_bounds(mission: Mission) -> None:
+def heavy(mission: Mission) -> bool:
+    """Whether checking it takes long."""
+    return _points(mission) > HEAVY_POINTS or len(mission.paths) > HEAVY_PATHS or _curves_m(mission) > HEAVY_CURVES_M
+
+
+def _points(mission: Mission) -> int:
     points = len(mission.fence.points) if mission.fence is not None else 0
-    points += sum(len(spec.points) for spec in mission.paths.values() if isinstance(spec, Polyline | Through))
+    return points + sum(len(spec.points) for spec in mission.paths.values() if isinstance(spec, Polyline | Through))
+
+
+def _within_bounds(mission: Mission) -> None:
     for count, most, what in (
         (len(mission.boats), MOST_BOATS, "boats"),
         (len(mission.paths), MOST_PATHS, "paths"),
-        (points, MOST_POINTS, "points"),
+        (_points(mission), MOST_POINTS, "points"),
         (len(mission.timeline) + len(mission.checks), MOST_EVENTS, "events and checks"),
     ):
         if count > most:

@@ -94,7 +94,7 @@ WORDS: dict[Reason, str] = {
     Reason.BRAKING: "braking for a vehicle close ahead",
     Reason.SLOT_OUT_OF_REACH: "cannot reach its slot",
     Reason.BOXED_IN: "boxed in",
-    Reason.PEER_ELSEWHERE: "a boat of the roster sails another mission or formation",
+    Reason.PEER_ELSEWHERE: "a boat of the roster sails another mission",
     Reason.NO_MISSION: "no mission",
     Reason.STORE: "cannot write its state to disk",
 }

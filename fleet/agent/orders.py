@@ -13,6 +13,7 @@ from hashlib import blake2b
 from msgspec import Struct, structs
 
 from fleet.agent import door
+from fleet.agent.examine import apart
 from fleet.agent.modes import Goal, Reason
 from fleet.errors import FleetError
 from fleet.mission.check import check
@@ -24,6 +25,8 @@ from fleet.wire.messages import MAJOR, Ack, Command, FormationOrder, MissionOrde
 FREE_KINDS = ("hold", "abort", "stop-now", "take")
 """What any permitted operator may say, in control or not."""
 REMEMBERED = 256  # of those obeyed, and of those refused: a flood of refusals makes no old command new
+FOR_ALL = "all-"  # so begins the id of a stop that an operator says to the whole fleet
+MOST_STOPS = 32
 LONGEST_REASON = 400
 REFUSALS_TOLD_S = 0.2  # between two events about refusals; all of them are counted
 MANY_PATHS = 10  # from here on it takes longer than a tick may to hold all places against each other
@@ -72,13 +75,17 @@ class Orders:
         self.why = Reason(0)
         self.control = Revision()
         self.stops: dict[str, None] = {}
+        self.released: dict[str, None] = {}  # not taken again from a neighbour that missed the release
+        self.ended: Plan | None = None  # of a mission that was aborted: its battery levels still hold
         self.known_missions: dict[str, None] = {}  # held before: never taken again from a neighbour
         self.revision_of_goal = 0  # one more whenever the goal was set anew
         self.notes: list[tuple[str, str, float]] = []  # (kind, text, value) to be published as events
         self.changed = True  # something that must survive a restart
         self.forget: Callable[[tuple[str, ...]], list[str]] = lambda names: []
         self.resume_at: Callable[[str], str] = lambda text: ""
+        self.apart = False  # whether heavy missions are checked by a process of their own
         self.abscissas: Callable[[], dict[str, float]] = dict
+        self.position_error_m: Callable[[], float] = float
         self._obeyed: dict[str, tuple[bytes, Ack]] = {}
         self._refused: dict[str, tuple[bytes, Ack]] = {}
         self._told_ns = 0
@@ -226,9 +233,12 @@ class Orders:
         try:
             order = decode_mission_order(words)
             mission = door.read(order.mission)
-            findings = check(mission)
-            if findings.problems:
-                return "; ".join(findings.problems[:3]), None
+            numbers = {boat.name: number for number, boat in enumerate(mission.boats)}
+            if self.boat not in numbers:  # before it is looked at any closer, which takes long
+                return f"not in the roster {_and(numbers)}", None
+            problems = apart(order.mission) if self.apart and door.heavy(mission) else check(mission).problems
+            if problems:
+                return "; ".join(problems[:3]), None
             plan = build(mission)
         except Refused as refusal:
             return f"the mission {refusal}", None
@@ -237,9 +247,6 @@ class Orders:
         except Exception as error:
             log.exception("a mission could not be read", extra={"event": "mission"})
             return f"the mission cannot be read: {type(error).__name__}", None
-        numbers = {boat.name: boat.number for boat in plan.boats}
-        if self.boat not in numbers:
-            return f"not in the roster {_and(numbers)}", None
         if not self.simulated and mission.fence is None:
             return "no fence: a real boat sails only inside one", None
         formation = FormationOrder(
@@ -279,11 +286,17 @@ class Orders:
         if order.revision.counter > held.counter + LARGEST_JUMP:
             return Ruling(False, f"revision {order.revision} is more than {LARGEST_JUMP} ahead of {held}")
         problems = self._misfits(sailing.plan, order, self.abscissas())
+        problems += [] if problems else self._too_close(sailing.plan, order)
         if problems:
             return Ruling(False, "; ".join(problems), safety=True)
         old = _formation_words(sailing.pending or sailing.formation)
         self.expect(order, command.order, now_ns + int(order.apply_in_s * 1e9))
         return Ruling(True, "", old, _formation_words(order))
+
+    def _too_close(self, plan: Plan, order: FormationOrder) -> list[str]:
+        """Slots that the position error of this boat makes too narrow."""
+        sigma_m = self.position_error_m()
+        return check_formation(plan, order.spacing_m, order.cruise_mps, None, sigma_m) if sigma_m > 0.0 else []
 
     def expect(self, order: FormationOrder, words: Signed, at_ns: int) -> None:
         """Switch to a formation at that time."""
@@ -375,6 +388,7 @@ class Orders:
 
     def _abort(self, command: Command, now_ns: int) -> Ruling:  # noqa: ARG002
         old = self.sailing.order.mission_id if self.sailing else "none"
+        self.ended = self.sailing.plan if self.sailing is not None else self.ended
         self.sailing = None
         self._set_goal(Goal.HOLD, Reason.ABORTED)
         return Ruling(True, "", old, "none, hold")
@@ -388,17 +402,30 @@ class Orders:
 
     def _stop(self, command: Command, now_ns: int) -> Ruling:  # noqa: ARG002
         old = _and(self.stops) or "no stop"
-        if len(self.stops) >= 32:
+        if len(self.stops) >= MOST_STOPS:
             return Ruling(True, "stopped already", old, old)
         self.stops[command.id] = None
         self.changed = True
         return Ruling(True, "", old, _and(self.stops))
+
+    def hear_stops(self, stops: tuple[str, ...]) -> None:
+        """A stop of the whole fleet reaches who was out of reach from its neighbours, unless it was released."""
+        for stop in stops:
+            if stop.startswith(FOR_ALL) and stop not in self.stops and stop not in self.released:
+                if len(self.stops) >= MOST_STOPS:
+                    return
+                self.stops[stop] = None
+                self.changed = True
+                self.note("stop", f"a neighbour knows of {stop}")
 
     def _release(self, command: Command, now_ns: int) -> Ruling:  # noqa: ARG002
         old = _and(self.stops) or "no stop"
         unknown = [name for name in command.names if name not in self.stops]
         for name in command.names:
             self.stops.pop(name, None)
+            self.released[name] = None
+        while len(self.released) > REMEMBERED:
+            del self.released[next(iter(self.released))]
         self.changed = True
         if self.goal != Goal.STANDBY and not self.stops and self.goal != Goal.HOLD:
             self._set_goal(Goal.HOLD, Reason.HELD)

@@ -69,7 +69,6 @@ class Other(Struct):
     heard: int = 0
     lost: int = 0
     half_trip_s: float = -1.0  # half of the last echo's round trip
-    forgotten: bool = False
     doubt: Doubt = field(default_factory=Doubt)  # about its numbers or its place
     newcomer: Doubt = field(default_factory=Doubt)  # another process under its name, perhaps
 
@@ -102,6 +101,11 @@ class Picture:
             for track in (other.track, other.second):
                 if track is not None:
                     track.x, track.y = to_local(track.state.lat_deg, track.state.lon_deg)
+
+    def set_state_hz(self, state_hz: float) -> None:
+        """How often the others publish: what silence means hangs on it."""
+        self._state_hz = state_hz
+        self._silent_s = SILENT_PERIODS / state_hz
 
     def watched(self, name: str) -> Other:
         """The entry of a name, made when new."""
@@ -158,6 +162,9 @@ class Picture:
         """Own words that come back are nobody; another process that goes on speaking is."""
         if state.epoch == self.own_epoch:
             raise Refused("own words")
+        told = max(state.clock_ns, self.own_clock_ns) <= DISCIPLINED_NS
+        if told and not -0.5 < (now_ns - state.stamp_ns) * 1e-9 < OLDEST_S:
+            raise Refused("replay")
         self._namesake.add(state, 0.0, 0.0, now_ns, self._state_hz)
         if self._namesake.settled(3, 0.0):
             self.own_name_heard_ns = now_ns

@@ -29,6 +29,8 @@ from fleet.wire.zenoh_bus import ZenohBus
 
 log = logging.getLogger("fleet.agent")
 NAME_AGAIN_S = 1.0
+STALE_WALL_S = 0.25  # a busy machine may delay a simulated reading so long, whatever the warp
+CLOCK_ASKED_NS = 10_000_000_000
 
 
 def recorder_of(config: AgentConfig, stamp_ns: int) -> Recording:
@@ -103,22 +105,28 @@ def run_agent(config: AgentConfig, stop: threading.Event, ready: Callable[[Agent
         now_ns,
         boot_id=config.boot_id or boot_id(),
         control_hz=config.control_hz,
-        clock_ns=int(config.clock_error_ms * 1e6),
+        clock_ns=clock.error_ns() if config.clock_error_ms < 0.0 else int(config.clock_error_ms * 1e6),
         threaded=True,
     )
+    agent.stale_s = max(agent.stale_s, STALE_WALL_S * config.clock.warp)
     if config.mission:
         sail_from_file(agent, config.mission, now_ns)
     announcer = Announcer(agent, radio)
     ready(agent)
     announcer.start()
 
-    def hear_radio(now_ns: int) -> None:  # noqa: ARG001 - a simulated boat hears through the world's radio
+    def after_tick(now_ns: int) -> None:
+        if (
+            config.clock_error_ms < 0.0
+            and now_ns // CLOCK_ASKED_NS != (now_ns - int(1e9 * agent.period_s)) // CLOCK_ASKED_NS
+        ):
+            agent.clock_ns = agent.picture.own_clock_ns = clock.error_ns()
         sensed = driver.sensed
         radio.set(sensed.radio_delay_s, sensed.radio_loss)
         radio.set_down(sensed.radio_down)
 
     try:
-        run(agent, clock, stop, slots=config.slots, after_tick=hear_radio)
+        run(agent, clock, stop, slots=config.slots, after_tick=after_tick)
     finally:
         announcer.close()
         agent.close()

@@ -75,6 +75,8 @@ class Reporter:
         self._agent, self.recording, self._epoch = agent, recording, epoch
         self.counters = Counters()
         self._seq = 0
+        self.state_ns = 0  # time between two states; every tick by default
+        self._stated_ns = 0
         self._status_ns = self._viewed_ns = 0
         self._mode, self._avoiding, self._reasons, self._target = -1.0, 0.0, 0, -1.0
         self._mission, self._number = b"", -1
@@ -121,7 +123,9 @@ class Reporter:
     def report(self, now_ns: int, goal: Goal, dt: float) -> None:  # noqa: ARG002 - what every tick knows
         """Publish the state; status and events as they fall due."""
         agent = self._agent
-        if agent.may_speak and agent.sound_ns:  # who never knew where it is has no state
+        due = now_ns - self._stated_ns >= self.state_ns - 0.5e9 * agent.period_s
+        if due and agent.may_speak and agent.sound_ns:  # who never knew where it is has no state
+            self._stated_ns = now_ns
             agent.bus.put_state(encode(self._boat_state(now_ns)))
         self._note_changes()
         changed = bool(agent.orders.notes)
@@ -179,7 +183,7 @@ class Reporter:
             plan_speed_mps=d.u_plan,
             tangent_rad=math.atan2(d.ty, d.tx),
             straight_s=d.straight,
-            decided_course_rad=d.chi,
+            decided_yaw_rate_radps=d.r_d,
             decided_speed_mps=d.u_d,
             cross_track_m=d.y_e if on_mission else 0.0,
             along_path_m=d.e if on_mission else 0.0,

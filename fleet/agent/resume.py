@@ -43,6 +43,7 @@ class Resumption:
         if self._kept is not None:
             orders.control = self._kept.control
             orders.known_missions = dict.fromkeys(self._kept.known_missions)
+            orders.released = dict.fromkeys(self._kept.released)
 
     @property
     def pending(self) -> bool:
@@ -165,7 +166,9 @@ class Resumption:
         if sailing is not None:
             words = sailing.pending_words if sailing.pending is not None else sailing.formation_words
         known = tuple(orders.known_missions)[-64:]
-        return Kept(sailing.words if sailing is not None else None, words, orders.control, known)
+        return Kept(
+            sailing.words if sailing is not None else None, words, orders.control, known, tuple(orders.released)
+        )
 
     def progress(self, now_ns: int) -> Progress:
         """Where the boat is."""

@@ -40,6 +40,7 @@ class Desk:
         self._reading = False  # a neighbour's mission
         self._unfit: deque[int] = deque(maxlen=16)  # neighbours' missions that this boat does not sail
         self._room = ANSWERED_BYTES
+        self._dropped = 0
         self.refused: Counter[str] = Counter()
 
     def count(self, why: str) -> None:
@@ -57,6 +58,10 @@ class Desk:
     def serve(self, now_ns: int) -> None:
         """Answer what was asked since the last tick, take in what came back."""
         self._room = ANSWERED_BYTES
+        dropped = self._agent.bus.overflowed()
+        if dropped > self._dropped:
+            self.refused["too many at once: dropped unread"] += dropped - self._dropped
+            self._dropped = dropped
         for request in self._agent.bus.poll_requests(REQUESTS_A_TICK):
             try:
                 self._answer(request, now_ns)
@@ -157,6 +162,7 @@ class Desk:
         orders = agent.orders
         if state.simulated != agent.driver.simulated:
             return
+        orders.hear_stops(state.stops)
         sailing = orders.sailing
         if sailing is None or state.boat in agent.picture.roster:
             orders.hear_control(state.control)

@@ -16,7 +16,7 @@ from fleet.agent.modes import Goal, Mode
 from fleet.avoidance import Method
 from fleet.avoidance.types import Advice, Own, Peer
 from fleet.coordination import Member, along_path_error, formation_speed
-from fleet.guidance import FollowParams, Limits, StationParams, course_over_ground, follow, keep_station
+from fleet.guidance import FollowParams, Limits, Station, StationParams, course_over_ground, follow, keep_station
 from fleet.ops import R
 from fleet.paths import PathPoint
 
@@ -57,7 +57,8 @@ class Order(Struct, Generic[R], frozen=True, gc=False):
 class State(Struct, Generic[R, M], frozen=True, gc=False):
     """What a boat remembers from tick to tick."""
 
-    s: R  # abscissa of the virtual target, cumulative over laps [m]
+    s: R  # abscissa of the virtual target at the tick before, cumulative over laps [m]
+    s_dot: R  # its speed from then on [m/s]
     good: R  # seconds for which navigation has been good
     held: R  # 1 while a station is kept
     x_h: R  # the station [m]
@@ -112,7 +113,8 @@ class PathLike(Protocol[R]):
 def start(like: R, s: R, keep: M) -> State[R, M]:
     """Memory of a boat that begins at abscissa s."""
     zero = ops.zero(like)
-    return State(s=s, good=ops.full(like, NAVIGATION_GOOD_FOR_S), held=zero, x_h=zero, y_h=zero, ended=zero, keep=keep)
+    good = ops.full(like, NAVIGATION_GOOD_FOR_S)
+    return State(s=s, s_dot=zero, good=good, held=zero, x_h=zero, y_h=zero, ended=zero, keep=keep)
 
 
 def step(
@@ -143,7 +145,8 @@ def step(
         Memory for the next tick, and the decision.
     """
     limits = params.limits
-    point = path.at(state.s)
+    s = state.s + state.s_dot * dt
+    point = path.at(s)
     sound = (
         (nav.sound > 0.5)  # NaN fails every one of these
         & (abs(nav.x) + abs(nav.y) < ON_EARTH_M)
@@ -160,20 +163,24 @@ def step(
 
     chi, U = course_over_ground(vx, vy, psi)
     f = follow(x, y, chi, U, point, params.follow)
-    e = along_path_error(state.s - order.offset, members)
+    e = along_path_error(s - order.offset, members)
     alone = (order.goal == ALONE) | (order.goal == RETURN)
     u_path = ops.where(alone, order.cruise, formation_speed(e, order.cruise, order.u_min, order.u_max, order.gain))
     under_way = (order.goal == FOLLOW) | alone
-    ended = ops.flag((state.ended > 0.5) | (under_way & (state.s >= order.s_end)), x)
+    ended = ops.flag((state.ended > 0.5) | (under_way & (s >= order.s_end)), x)
     hold = (order.goal == HOLD) | (under_way & (ended > 0.5))
     fresh = hold & (state.held < 0.5)
     x_h, y_h = ops.where(fresh, x, state.x_h), ops.where(fresh, y, state.y_h)
-    station = keep_station(x, y, psi, x_h, y_h, limits, params.station)
+
+    def kept(x: R, y: R, psi: R, x_h: R, y_h: R) -> Station[R]:
+        return keep_station(x, y, psi, x_h, y_h, limits, params.station)
+
+    station = ops.when(hold, kept, Station(u_path, f.r_d, f.gx, f.gy), x, y, psi, x_h, y_h)
 
     u_plan = ops.clip(ops.where(hold, station.u_d, u_path), 0.0, limits.speed_max_mps)
     gx, gy = ops.where(hold, station.gx, f.gx), ops.where(hold, station.gy, f.gy)
     tx, ty = ops.where(hold, gx, point.tx), ops.where(hold, gy, point.ty)
-    straight = ops.where(hold, FAR, path.straight(state.s) / ops.maximum(u_plan, 0.3))
+    straight = ops.where(hold, FAR, path.straight(s) / ops.maximum(u_plan, 0.3))
     y_e = ops.where(hold, 0.0, f.y_e)
     own = Own(x, y, vx, vy, chi, gx, gy, u_plan, tx, ty, y_e, straight, sigma)
     keep, advice = method.keep_clear(own, peers, state.keep, limits, params.keep, dt)
@@ -195,13 +202,13 @@ def step(
         ops.full(x, float(Mode.FOLLOW)),
     )
     moving = sound & ops.no(hold) & (order.goal != STANDBY)
-    s = ops.where(moving, state.s + f.s_dot * dt, state.s)
+    s_dot = ops.where(moving, f.s_dot, 0.0)
     decision = Decision(
         mode=mode,
         powered=ops.flag(ops.no(idle), x),
         u_d=u_d,
         r_d=r_d,
-        s=state.s,
+        s=s,
         e=e,
         y_e=f.y_e,
         gx=gx,
@@ -217,7 +224,8 @@ def step(
         target=advice.target,
         side=advice.side,
     )
-    return State(s=s, good=good, held=ops.flag(hold, x), x_h=x_h, y_h=y_h, ended=ended, keep=keep), decision
+    held = ops.flag(hold, x)
+    return State(s=s, s_dot=s_dot, good=good, held=held, x_h=x_h, y_h=y_h, ended=ended, keep=keep), decision
 
 
 def _setpoint(advice: Advice[R], r_plan: R, idle: Any, u_max: float, r_max: float) -> tuple[R, R]:

@@ -19,7 +19,6 @@ from msgspec import Struct
 from fleet.wire.messages import Revision, Signed
 
 T = TypeVar("T")
-TRACK_POINTS = 400
 UNKNOWN_BOOT = "unknown"
 
 
@@ -44,6 +43,7 @@ class Kept(Struct, frozen=True, array_like=True):
     formation: Signed | None
     control: Revision
     known_missions: tuple[str, ...] = ()
+    released: tuple[str, ...] = ()
 
 
 def boot_id() -> str:

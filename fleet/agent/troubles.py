@@ -48,6 +48,9 @@ class Troubles:
         if sailing is None and orders.goal not in (Goal.HOLD, Goal.RETURN):
             return Goal.STANDBY, why | Reason.NO_MISSION
         if sailing is None:
+            levels = orders.ended.mission.battery if orders.ended is not None else None
+            if levels is not None and seen.battery_percent < levels.critical_percent:
+                return Goal.NEUTRAL, why | Reason.BATTERY_CRITICAL
             return orders.goal, why
         mission = sailing.plan.mission
         if seen.battery_percent < mission.battery.critical_percent:

@@ -84,6 +84,10 @@ class BoatReplay(Struct):
     """Processes that began in this recording."""
     missing: int = 0
     """Ticks that are not in the recording, though earlier and later ones are."""
+    filled: int = 0
+    """Ticks whose state lacked fields that this version has."""
+    notes: dict[str, int] = {}
+    """What else there is to say, with the first tick that it is about."""
     skipped: dict[str, int] = {}
     """Ticks that could not be replayed, by reason."""
 
@@ -124,11 +128,14 @@ class Replay(Struct):
         """For a person."""
         found = [f"{self.source}: {note}" for note in self.notes]
         for boat in self.boats:
-            verdict = f"{boat.differing} differ" if boat.differing else "all alike"
+            verdict = (
+                f"{boat.differing} differ" if boat.differing else "all alike" if boat.replayed else "nothing to say"
+            )
             found.append(
                 f"{boat.boat}: {boat.replayed} of {boat.ticks} ticks replayed, {verdict}; "
                 f"{boat.starts} starts, {len(boat.changes)} changes by the shell, {boat.missing} ticks missing"
             )
+            found += [f"{boat.boat}: from tick {tick}: {note}" for note, tick in boat.notes.items()]
             found += [f"{boat.boat}: {count} ticks not replayed: {why}" for why, count in boat.skipped.items()]
             found += [f"  {line}" for line in summary_of(boat.differences)]
         return found
@@ -301,7 +308,15 @@ class Replayer:
         if decoder is None:
             kind = State[float, self._method.memory]  # type: ignore[name-defined]
             decoder = self._states[self._method.name] = msgspec.msgpack.Decoder(kind)
-        state: State[float, Any] = decoder.decode(raw)
+        try:
+            state: State[float, Any] = decoder.decode(raw)
+        except msgspec.ValidationError:  # of a version that remembered less: the rest as step itself would remember it
+            base = self._next or start(0.0, 0.0, self._method.start(0.0, 0))
+            tree = _filled(msgspec.to_builtins(base), msgspec.msgpack.decode(raw))
+            state = decoder.decode(self._encode(tree))
+            note = "fields of the state were not recorded: taken from the tick before"
+            self.result.filled += 1
+            self.result.notes.setdefault(note, self._tick)
         return state
 
     def _chain(self, given: Inputs, numbers: list[float], stamp_ns: int) -> None:
@@ -349,6 +364,13 @@ class Replayer:
     def _skip(self, why: str) -> None:
         self.result.skipped[why] = self.result.skipped.get(why, 0) + 1
         self._next = None
+
+
+def _filled(base: Any, tree: Any) -> Any:
+    """The tree, with what only `base` has."""
+    if isinstance(base, dict) and isinstance(tree, dict):
+        return {**base, **{key: _filled(base.get(key), value) for key, value in tree.items()}}
+    return tree
 
 
 def _path(laid: Laid, plan: Plan | None) -> PathLike[float] | None:

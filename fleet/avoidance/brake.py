@@ -48,8 +48,17 @@ def brake(own: Own[R], peers: Sequence[Peer[R]], limits: Limits, params: Scoring
         near = (peer.present == 1.0) & (d_sq < reach * reach)
         if not ops.some(near):
             continue
-        stay, advance = _segments(
-            dx, dy, own.vx * time, own.vy * time, peer.vx * its_time, peer.vy * its_time, params.brake_samples
+        stay, advance = ops.when(
+            near,
+            _segments,
+            (d_sq, d_sq),
+            dx,
+            dy,
+            own.vx * time,
+            own.vy * time,
+            peer.vx * its_time,
+            peer.vy * its_time,
+            params.brake_samples,
         )
         stops = near & (advance < keep) & (advance < stay - params.brake_gain_m)
         braking = ops.where(stops, 1.0, braking)

@@ -38,8 +38,9 @@ def _of_state(view: BoatView) -> dict[str, Any]:
     from fleet.agent.modes import in_words, mode_word
 
     state = view.state
-    if state is None:
-        return {"mode": None, "reasons": []}
+    if state is None:  # a boat that does not know where it is has no state to publish, but says its mode and why
+        status = view.status
+        return {"mode": status.mode if status else None, "reasons": list(status.reasons) if status else []}
     return {
         "mode": mode_word(state.mode),
         "reasons": list(in_words(state.reasons)),

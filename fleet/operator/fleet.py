@@ -244,7 +244,7 @@ class Fleet:
             raise NobodyReachable(f"{kind}: no boat of fleet {self.fleet!r} is in reach at {', '.join(self._connect)}")
         command = Command(
             MAJOR,
-            self._new_id(),
+            ("all-" if kind == "stop-now" and not boats else "") + self._new_id(),  # neighbours hand such a stop on
             self.operator,
             kind,
             tuple(boats),

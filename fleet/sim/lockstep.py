@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from itertools import count
 from pathlib import Path
 
 import msgspec
@@ -25,7 +26,19 @@ from fleet.recording.runs import new_run
 from fleet.recording.seam import NullRecorder, Recording
 from fleet.sim.lockstep_water import LockstepShore, MemoryStore, Mooring, Tap, Tide, WorldDriver
 from fleet.sim.record import RunRecorder
-from fleet.sim.share import FLEET, LEAD_S, OPERATOR, Options, Progress, Watcher, as_toml, say
+from fleet.sim.share import (
+    APPLY_S,
+    FLEET,
+    LEAD_S,
+    OPERATOR,
+    Options,
+    Progress,
+    Watcher,
+    apply_in_s,
+    as_toml,
+    lead_s,
+    say,
+)
 from fleet.sim.world import STEP_NS, World
 from fleet.wire import keys
 from fleet.wire.codec import decode, decode_state
@@ -37,6 +50,7 @@ BOOT = "lockstep"
 SHOWN_S = 1.0
 TRUTH_S = 0.1
 NEVER_S = 1.0e9
+NEVER_NS = 1 << 62
 CLOSED_S = 600.0  # to write what waits; a simulation has the time
 
 RecorderOf = Callable[[str], Recording]
@@ -49,7 +63,18 @@ class Nature(Struct, frozen=True, kw_only=True):
     lease_s: float = 0.5  # after which the network misses a frozen agent, and lets its token go
     reconnect_s: float = 0.5  # from the thaw of an agent that was missed until its link is up again
     lead_s: float = LEAD_S  # between launch and beginning
-    apply_in_s: float = 2.0  # of a change of the formation
+    apply_in_s: float = APPLY_S  # of a change of the formation
+
+
+def at_warp(warp: float, startup_s: float = 0.6) -> Nature:
+    """What a real run at that warp has; `startup_s` by the clock on the wall."""
+    return Nature(
+        startup_s=startup_s * warp,
+        lease_s=0.5 * warp,
+        reconnect_s=0.5 * warp,
+        lead_s=lead_s(warp),
+        apply_in_s=apply_in_s(warp),
+    )
 
 
 class Station:
@@ -138,6 +163,7 @@ class Lockstep:
         self.now_ns = BEGIN_NS
         self.period_ns = round(1e9 / plan.mission.state_hz)
         self.world = World(plan, BEGIN_NS, seed)
+        self.ids = (f"{OPERATOR}-{number}" for number in count(1))  # of commands
         self.tide = Tide(lambda: self.now_ns, OPERATOR)
         self.shore = LockstepShore(self.tide, self.tick)
         self._recorder_of = recorder_of
@@ -230,10 +256,7 @@ class Lockstep:
 @contextmanager
 def operator(sim: Lockstep) -> Iterator[Fleet]:
     """The operator of a simulation: the library that operators use, with the simulation's bus and time."""
-    numbers = iter(range(1, 1 << 62))
-    fleet = Fleet(
-        FLEET, connect=(), operator=OPERATOR, bus=sim.shore, clock=sim, new_id=lambda: f"{OPERATOR}-{next(numbers)}"
-    )
+    fleet = Fleet(FLEET, connect=(), operator=OPERATOR, bus=sim.shore, clock=sim, new_id=lambda: next(sim.ids))
     with fleet:
         yield fleet
 
@@ -269,6 +292,7 @@ class LockstepSailing:
         )
         header = {"seed": str(options.seed), "way": "lockstep"}
         self._recorder = RunRecorder(self.run, self._plan, name, header, text, options.record, flush_s=NEVER_S)
+        self.sim.world.begins_ns = NEVER_NS
         self._shown_ns = self._truth_ns = 0
         self._progress: Progress | None = None
         self.start_ns = 0
@@ -306,13 +330,14 @@ class LockstepSailing:
         if missing:
             raise FleetError(f"{', '.join(missing)}: not ready")
         launched_ns = self.sim.now_ns
-        lead_s = self.sim.nature.lead_s
-        outcome = fleet.launch(self._mission, apply_in_s=lead_s)
+        lead = self.sim.nature.lead_s
+        outcome = fleet.launch(self._mission, apply_in_s=lead)
         self._told(outcome)
         refused = [f"{boat}: {why}" for boat, why in outcome.refused.items() if boat in present]
         if refused:
             raise FleetError("launch refused by " + "; ".join(refused))
-        self.start_ns = launched_ns + int(lead_s * 1e9)
+        self.start_ns = launched_ns + int(lead * 1e9)
+        self._recorder.begins_ns = self.sim.world.begins_ns = self.start_ns
 
     def _follow(self, fleet: Fleet) -> None:
         events = sorted(self._mission.timeline, key=lambda event: event.at_s)

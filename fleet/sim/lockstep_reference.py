@@ -125,6 +125,8 @@ def lines(replays: dict[str, Replay]) -> list[str]:
         verdict = f"{differing} of {one.ticks} ticks differ" if differing else f"{one.ticks} ticks, all alike"
         found.append(f"{case}: {verdict}")
         found += [f"  {note}" for note in one.notes]
+        found += [f"  {boat.boat}: {note}" for boat in one.boats for note in boat.notes]
+        found += [f"  {boat.boat}: not replayed: {why}" for boat in one.boats for why in boat.skipped]
         found += [f"  {line}" for line in summary_of(one.differences)]
     return found
 

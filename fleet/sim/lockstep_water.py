@@ -27,7 +27,7 @@ class Tide(Water):
 
     def __init__(self, now_ns: Callable[[], int], operator: str) -> None:
         super().__init__(now_ns)
-        self.ashore = frozenset((operator,))
+        self.operator, self.ashore = operator, NOBODY
         self.moorings: dict[str, Mooring] = {}
         self._said: list[tuple[str, str, bytes]] = []
         self._asked: list[tuple[Mooring, str, str, bytes]] = []
@@ -141,7 +141,8 @@ class LockstepShore:
             self._latest[what, boat] = payload
 
     def open(self, timeout_s: float) -> bool:  # noqa: ARG002 - nothing to wait for
-        """It is always open."""
+        """The operator is there."""
+        self._tide.ashore = frozenset((self._tide.operator,))
         return True
 
     def listen(self, what: Iterable[str]) -> None:

@@ -105,9 +105,9 @@ class Processes:
         if self.topology == "hub":
             self._spawn("hub", "fleet.sim.hub_process", f"tcp/127.0.0.1:{self._hub_port}", str(LEASE_MS), answers=True)
 
-    def start_world(self, mission_file: Path) -> None:
-        """Start the world."""
-        spec = WorldSpec(mission_file=str(mission_file), clock=self.clock, seed=self._seed)
+    def start_world(self, mission_file: Path, *, waits: bool = False) -> None:
+        """Start the world; one that waits moves no hull before it is told to begin."""
+        spec = WorldSpec(mission_file=str(mission_file), clock=self.clock, seed=self._seed, waits=waits)
         line = self._spawn("world", "fleet.sim.world_process", msgspec.json.encode(spec).decode(), answers=True)
         self._world_port = int(json.loads(line)["port"])
 

@@ -30,6 +30,7 @@ class RunRecorder:
     ) -> None:
         self._plan = plan
         self._offsets = {boat.name: boat.slot for boat in plan.boats}
+        self.begins_ns = 1 << 62  # what was before the mission is not part of the run
         self._formation: dict[str, tuple[float, float]] = {}
         self._fixed_ns: dict[str, int] = {}
         self._seen: dict[str, tuple[int, int]] = {}
@@ -47,12 +48,14 @@ class RunRecorder:
     def truth(self, truths: dict[str, Truth]) -> None:
         """Where the hulls are."""
         for boat, truth in truths.items():
+            if truth.stamp_ns < self.begins_ns:
+                continue
             self.recording.put(topics.truth_topic(boat), truth.stamp_ns, topics.encode(truth))
 
     def state(self, state: BoatState) -> None:
         """What a boat published; once a message."""
         boat = state.boat
-        if self._seen.get(boat) == (state.epoch, state.seq):
+        if state.stamp_ns < self.begins_ns or self._seen.get(boat) == (state.epoch, state.seq):
             return
         self._seen[boat] = (state.epoch, state.seq)
         x, y = self._plan.plane.to_local(state.lat_deg, state.lon_deg)

@@ -20,8 +20,8 @@ from fleet.operator import Fleet, Outcome
 from fleet.recording.runs import new_run
 from fleet.sim.processes import Processes
 from fleet.sim.record import RunRecorder
-from fleet.sim.share import FLEET, LEAD_S, OPERATOR, Options, Progress, Watcher, as_toml, say
-from fleet.sim.world_process import Trouble, TruthOfAll, Watch
+from fleet.sim.share import FLEET, OPERATOR, Options, Progress, Watcher, apply_in_s, as_toml, lead_s, say
+from fleet.sim.world_process import Begin, Trouble, TruthOfAll, Watch
 from fleet.wire import keys
 from fleet.wire.codec import Refused, decode, decode_state
 from fleet.wire.messages import BoatStatus, FleetEvent
@@ -87,7 +87,7 @@ class Sailing:
         mission_file = self.run.folder / "mission.bin"
         mission_file.write_bytes(encode(self._mission))
         self.processes.start_hub()
-        self.processes.start_world(mission_file)
+        self.processes.start_world(mission_file, waits=True)
         self._truth.connect(self.processes.world_address)
         self._truth.send(_encode(Watch()))
         for boat in self._plan.boats:
@@ -108,14 +108,16 @@ class Sailing:
                     f"{', '.join(missing)}: not ready after {READY_S:g} s; see {self.run.folder}/logs"
                 )
             self._show("starting")
-        apply_in_s = max(LEAD_S, 0.3 * self._options.warp)
+        lead = lead_s(self._options.warp)
         launched_ns = self._clock.now_ns()
-        outcome = fleet.launch(self._mission, apply_in_s=apply_in_s)
+        outcome = fleet.launch(self._mission, apply_in_s=lead)
         self._told(outcome)
         refused = [f"{boat}: {why}" for boat, why in outcome.refused.items() if boat in present]
         if refused:
             raise FleetError("launch refused by " + "; ".join(refused))
-        self.start_ns = launched_ns + int(apply_in_s * 1e9)
+        self.start_ns = launched_ns + int(lead * 1e9)
+        self._recorder.begins_ns = self.start_ns
+        self._truth.send(_encode(Begin(self.start_ns)))
 
     # -- under way -------------------------------------------------------------------------------------------------
     def _follow(self, fleet: Fleet) -> None:
@@ -143,7 +145,7 @@ class Sailing:
         boats = event.boats or tuple(boat.name for boat in self._mission.boats)
         if ACTIONS[event.do].by == "operator":
             try:
-                self._told(say(event, fleet, max(2.0, 0.2 * self._options.warp)))
+                self._told(say(event, fleet, apply_in_s(self._options.warp)))
             except FleetError as error:
                 self._recorder.happened(self._clock.now_ns(), "operator", f"{event.do}: {error}")
             return

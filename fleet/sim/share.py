@@ -14,8 +14,19 @@ from fleet.operator import Fleet, Outcome
 from fleet.recording.runs import Run
 
 LEAD_S = 2.0  # of the launch: boats begin together so long after it [s]
+APPLY_S = 2.0  # of a change of the formation
 FLEET = "sim"
 OPERATOR = "sim-operator"
+
+
+def lead_s(warp: float) -> float:
+    """Between launch and beginning: time that a launch takes on the wall passes faster under warp [s]."""
+    return max(LEAD_S, 0.3 * warp)
+
+
+def apply_in_s(warp: float) -> float:
+    """Between a change of the formation and its taking effect [s]."""
+    return max(APPLY_S, 0.2 * warp)
 
 
 class Options(Struct, frozen=True, kw_only=True):
@@ -28,7 +39,6 @@ class Options(Struct, frozen=True, kw_only=True):
     keep: bool = False
     hub_port: int = 0
     root: str | None = None
-    drawing: bool = True
 
 
 class Progress(Struct):
@@ -60,13 +70,13 @@ def _without_none(value: object) -> object:
     return value
 
 
-def say(event: Event, fleet: Fleet, apply_in_s: float) -> Outcome:
-    """An operator's entry of the timeline, said to the fleet."""
+def say(event: Event, fleet: Fleet, apply_in: float) -> Outcome:
+    """An operator's entry of the timeline, said to the fleet; a change of the formation applies in so many seconds."""
     value = event.value or 0.0
     if event.do == "set spacing":
-        return fleet.set_spacing(value, apply_in_s=apply_in_s)
+        return fleet.set_spacing(value, apply_in_s=apply_in)
     if event.do == "set speed":
-        return fleet.set_speed(value, apply_in_s=apply_in_s)
+        return fleet.set_speed(value, apply_in_s=apply_in)
     if event.do == "release":
         return fleet.release(event.boats)
     if event.do == "forget":

@@ -50,6 +50,7 @@ class World:
     def __init__(self, plan: Plan, start_ns: int, seed: int = 0) -> None:
         self.plan, self.now_ns, self._seed = plan, start_ns, seed
         self.watchdog_s = WATCHDOG_S
+        self.begins_ns = 0  # hulls do not move before
         self._steps = 0
         environment = plan.mission.environment
         toward = math.radians(environment.current_toward_deg)
@@ -91,6 +92,8 @@ class World:
         """20 ms pass."""
         self.now_ns += STEP_NS
         self._steps += 1
+        if self.now_ns <= self.begins_ns:
+            return
         for ship in self.ships.values():
             alive = (self.now_ns - ship.commanded_ns) * 1e-9 < self.watchdog_s and not ship.actuator_down
             ship.state = ship.hull.advance(

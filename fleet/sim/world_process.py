@@ -22,6 +22,7 @@ from fleet.sim.world import SENSE_S, STEP_NS, STEPS_A_SENSE, World
 
 LARGEST = 65000
 TRUTH_EVERY = 2  # senses: 10 Hz
+NEVER_NS = 1 << 62
 WATCHDOG_WALL_S = 0.25  # a busy machine may delay a set-point so long, which at high warp is more than the watchdog
 MOST_STEPS = 50  # caught up at once; a machine that stalls longer loses time in the open
 
@@ -32,6 +33,7 @@ class WorldSpec(Struct, frozen=True, kw_only=True):
     mission_file: str  # encoded mission
     clock: ClockSpec
     seed: int = 0
+    waits: bool = False  # for a `Begin`
 
 
 class Trouble(Struct, frozen=True, array_like=True, tag="trouble"):
@@ -46,6 +48,12 @@ class Watch(Struct, frozen=True, array_like=True, tag="watch"):
     """Supervisor to world: send the truth here."""
 
 
+class Begin(Struct, frozen=True, array_like=True, tag="begin"):
+    """Supervisor to world: from then on hulls move; a world that waits keeps them where they start until then."""
+
+    at_ns: int
+
+
 class TruthOfAll(Struct, frozen=True, array_like=True, tag="truth"):
     """World to supervisor, ten times a second."""
 
@@ -53,7 +61,7 @@ class TruthOfAll(Struct, frozen=True, array_like=True, tag="truth"):
     late_steps: int
 
 
-_decode = msgspec.msgpack.Decoder(Setpoint | Trouble | Watch).decode
+_decode = msgspec.msgpack.Decoder(Setpoint | Trouble | Watch | Begin).decode
 _encode = msgspec.msgpack.Encoder().encode
 
 
@@ -65,6 +73,8 @@ class WorldProcess:
         self._clock = SystemClock(spec.clock)
         self._world = World(build(mission), self._clock.now_ns(), spec.seed)
         self._world.watchdog_s = max(self._world.watchdog_s, WATCHDOG_WALL_S * spec.clock.warp)
+        if spec.waits:
+            self._world.begins_ns = NEVER_NS
         self._radio = mission.radio
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
@@ -106,13 +116,15 @@ class WorldProcess:
                 with contextlib.suppress(msgspec.DecodeError):
                     self._take(_decode(payload), address)
 
-    def _take(self, message: Setpoint | Trouble | Watch, address: tuple[str, int]) -> None:
+    def _take(self, message: Setpoint | Trouble | Watch | Begin, address: tuple[str, int]) -> None:
         if isinstance(message, Setpoint):
             if message.boat in self._world.ships:
                 self._agents[message.boat] = address
                 self._world.command(message.boat, message.powered, message.surge_mps, message.yaw_rate_radps)
         elif isinstance(message, Watch):
             self._watchers.add(address)
+        elif isinstance(message, Begin):
+            self._world.begins_ns = message.at_ns
         elif message.boat in self._world.ships:
             self._world.trouble(message.boat, message.kind, message.value)
 

@@ -109,8 +109,14 @@ class MemoryBus:
     def ask(self, boat: str, what: str, payload: bytes) -> None:
         """Ask one boat."""
         other = self._water.boats.get(boat)
-        if other is not None and not self.cut:
-            other.deposit_request(what, payload, lambda answer: self._answers.append(Answer(boat, what, answer)))
+        if other is None or self.cut:
+            return
+
+        def take(answer: bytes) -> None:
+            if not (self.cut or other.cut):
+                self._answers.append(Answer(boat, what, answer))
+
+        other.deposit_request(what, payload, take)
 
     def poll_answers(self) -> list[Answer]:
         """Answers since the last call."""

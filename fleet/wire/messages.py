@@ -45,7 +45,7 @@ class BoatState(Struct, frozen=True, array_like=True, gc=False):
     plan_speed_mps: float
     tangent_rad: float  # course of the path at the virtual target
     straight_s: float  # seconds for which the path's course stays within 10 deg
-    decided_course_rad: float
+    decided_yaw_rate_radps: float
     decided_speed_mps: float
     cross_track_m: float
     along_path_m: float  # formation error: + behind its place

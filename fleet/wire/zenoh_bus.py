@@ -171,7 +171,7 @@ class ZenohBus:
         waiting = self._requests[what]
         if len(waiting) >= REQUESTS or size > LARGEST or self._waiting_bytes + size > WAITING_BYTES:
             self._unfetched += 1
-            query.drop()
+            query.drop()  # type: ignore[no-untyped-call]
             return
         self._waiting_bytes += size
         waiting.append((query, size))

@@ -1,4 +1,4 @@
-"""How old a position is, and what a wrong clock does to it: nothing that would make it ignored (DESIGN section 4, Age)."""
+"""How old a position is; what a wrong clock does to it: never that it is ignored (DESIGN section 4, Age)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 
 from fleet.agent.modes import Mode
 from fleet.agent.picture import Other, Track
-from tests.agent.harness import Sea, mission, sailing
+from tests.agent.harness import Sea, mission
 
 WRONG_BY_S = [-3600.0, -5.0, 0.3, 5.0, 29.0, 3600.0, 1e9]
 
@@ -97,7 +97,9 @@ def test_a_wrong_clock_never_makes_a_position_ignored(tmp_path: Path, wrong_s: f
 
 
 @pytest.mark.parametrize("wrong_s", [-3600.0, 3600.0, 1e9])
-def test_a_boat_that_restarts_with_its_clock_put_right_or_wrong_is_heard_at_once(tmp_path: Path, wrong_s: float) -> None:
+def test_a_boat_that_restarts_with_its_clock_put_right_or_wrong_is_heard_at_once(
+    tmp_path: Path, wrong_s: float
+) -> None:
     sea = launched(tmp_path, wrong_s=wrong_s)
     sea.kill("b2")
     sea.run(2.0)

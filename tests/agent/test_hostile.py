@@ -1,4 +1,4 @@
-"""Messages that lie: none is obeyed, all are counted, no good boat is evicted, and the boat steers on within its limits."""
+"""Messages that lie: none is obeyed, all are counted, no good boat is evicted, and limits hold."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ def steers_well(sea: Sea, boat: str = "b1") -> None:
 @pytest.mark.parametrize("method", ["circle", "scoring"])
 @pytest.mark.parametrize("field", FLOATS)
 def test_a_well_formed_state_with_an_extreme_number_upsets_nobody(tmp_path: Path, field: str, method: str) -> None:
-    sea = sailing(tmp_path, mission(2, 12.0, method=method, path=CIRCUIT, starts=[Start(s_m=45.0), Start(s_m=30.0)]), 3.0)
+    sea = sailing(
+        tmp_path, mission(2, 12.0, method=method, path=CIRCUIT, starts=[Start(s_m=45.0), Start(s_m=30.0)]), 3.0
+    )
     sea.freeze("b2")
-    seq = 0
-    for value in EXTREMES:
+    for k, value in enumerate(EXTREMES, 1):
         model = sea.state("b2")
-        seq += 1
-        sea.say_as("b2", forged(model, seq=model.seq + seq, stamp_ns=sea.now_ns, **{field: value}))
+        sea.say_as("b2", forged(model, seq=model.seq + k, stamp_ns=sea.now_ns, **{field: value}))
         sea.tick()
         steers_well(sea)
     sea.run(1.5)  # silent: predicted along the path from what was said last
@@ -115,7 +115,13 @@ def test_foreign_missions_and_revisions_in_a_state_are_asked_about_and_not_obeye
         far = Revision(1 << 39, "evil") if k % 2 else Revision(999, "evil")
         sea.say_as(
             "b2",
-            forged(model, seq=model.seq + 1, stamp_ns=sea.now_ns, held=far, mission_id="evil" if k % 3 else model.mission_id),
+            forged(
+                model,
+                seq=model.seq + 1,
+                stamp_ns=sea.now_ns,
+                held=far,
+                mission_id="evil" if k % 3 else model.mission_id,
+            ),
             to=("b1",),
         )
         sea.tick()
@@ -184,7 +190,10 @@ def hostile_missions() -> list[tuple[str, bytes]]:
         ("nothing", b""),
         ("rubbish", b"\x93\x01\x02"),
         ("a million zeros", b"\x00" * 1_000_000),
-        ("infinite path", encode_mission(lined(path=type(CIRCUIT)(points=((0.0, 0.0), (huge, huge)), corner_radius_m=1.0)))),
+        (
+            "infinite path",
+            encode_mission(lined(path=type(CIRCUIT)(points=((0.0, 0.0), (huge, huge)), corner_radius_m=1.0))),
+        ),
         ("nan path", encode_mission(lined(path=Through(points=((0.0, 0.0), (math.nan, 1.0), (5.0, 5.0)))))),
         ("one point thrice", encode_mission(lined(path=Through(points=((1.0, 1.0),) * 3)))),
         ("start beyond everything", encode_mission(lined(starts=[Start(s_m=huge), Start(s_m=-huge)]))),

@@ -68,7 +68,10 @@ def test_in_a_clash_both_are_obstacles_and_neither_is_a_member(tmp_path: Path) -
     sea.run(2.0)
     assert len(obstacles_of(sea, "b1", "b2")) == 2
     assert sea.members("b1") == 1
-    assert [peer.known for peer in sea.agent("b1").peers if sea.agent("b1").picture.name_of(peer.number) == "b2"] == [0, 0]
+    assert [peer.known for peer in sea.agent("b1").peers if sea.agent("b1").picture.name_of(peer.number) == "b2"] == [
+        0,
+        0,
+    ]
 
 
 def test_a_boat_whose_name_another_uses_says_so_itself(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import msgspec
@@ -207,7 +208,9 @@ def test_a_change_takes_effect_on_all_boats_within_a_tick(tmp_path: Path) -> Non
 
     sea.each_tick.append(look)
     acks = sea.change(spacing_m=15.0)
-    assert all(ack.ok and ack.old.startswith("spacing 12 m") and ack.new.startswith("spacing 15 m") for ack in acks.values())
+    assert all(
+        ack.ok and ack.old.startswith("spacing 12 m") and ack.new.startswith("spacing 15 m") for ack in acks.values()
+    )
     sea.run(3.0)
     assert len(switched) == 3
     assert max(switched.values()) - min(switched.values()) <= 100_000_000
@@ -218,7 +221,7 @@ def test_a_change_is_sailed(tmp_path: Path) -> None:
     sea.change(spacing_m=15.0)
     sea.run(60.0)
     xs = [sea.where(boat)[0] for boat in sea.agents()]
-    assert [a - b for a, b in zip(xs, xs[1:], strict=False)] == [pytest.approx(15.0, abs=0.3)] * 2
+    assert [a - b for a, b in itertools.pairwise(xs)] == [pytest.approx(15.0, abs=0.3)] * 2
     assert {sea.revision(boat) for boat in sea.agents()} == {Revision(1, "anna")}
 
 
@@ -259,7 +262,9 @@ def test_a_neighbours_counter_more_than_a_thousand_ahead_is_refused_too(tmp_path
     sea = sailing(tmp_path)
     orders = sea.agent("b1").orders
     assert orders.sailing is not None
-    order = FormationOrder(MAJOR, orders.sailing.order.mission_id, Revision(5000, "bob"), Revision(4999, "bob"), 15.0, 1.0)
+    order = FormationOrder(
+        MAJOR, orders.sailing.order.mission_id, Revision(5000, "bob"), Revision(4999, "bob"), 15.0, 1.0
+    )
     assert "more than 1000 ahead" in orders.handed_on(Signed(encode(order)), 0.0, sea.now_ns)
     assert orders.sailing.pending is None
 
@@ -437,10 +442,10 @@ def test_an_answer_that_is_poisoned_hurts_nobody(tmp_path: Path) -> None:
 
     for remaining in (float("nan"), float("inf"), -1e300):
         for what in (keys.MISSION, keys.FORMATION):
-            bus._answers.append(Answer("b1", what, encode(Held(MAJOR, words.words, remaining))))  # noqa: SLF001
-    bus._answers.append(Answer("b1", keys.ECHO, encode((MAJOR, -(1 << 63)))))  # noqa: SLF001
-    bus._answers.append(Answer("b1", keys.MISSION, b"\xc1"))  # noqa: SLF001
-    bus._answers.append(Answer("b9", "nonsense", b""))  # noqa: SLF001
+            bus._answers.append(Answer("b1", what, encode(Held(MAJOR, words.words, remaining))))
+    bus._answers.append(Answer("b1", keys.ECHO, encode((MAJOR, -(1 << 63)))))
+    bus._answers.append(Answer("b1", keys.MISSION, b"\xc1"))
+    bus._answers.append(Answer("b9", "nonsense", b""))
     sea.run(3.0)
     assert agent.desk.refused.total() >= 3
     assert sea.mode("b3") in (Mode.FOLLOW, Mode.AVOID)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from fleet.mission.model import Start
 from tests.agent.harness import CIRCUIT, TICK_NS, Sea, mission, sailing
 
 
-def peer_of(sea: Sea, boat: str, other: str):  # noqa: ANN201 - a Peer
+def peer_of(sea: Sea, boat: str, other: str):
     """What `boat` hands to keeping clear about `other`."""
     agent = sea.agent(boat)
     number = agent.picture.others[other].number
@@ -43,7 +44,7 @@ def test_a_silent_boat_is_left_out_at_once_and_not_faded_out(tmp_path: Path) -> 
 def test_a_silent_boat_stays_an_obstacle_for_as_long_as_it_is_silent(tmp_path: Path) -> None:
     sea = sailing(tmp_path)
     sea.kill("b2")
-    sea.run(300.0)
+    sea.run(120.0)
     assert peer_of(sea, "b1", "b2") is not None
     assert peer_of(sea, "b3", "b2") is not None
 
@@ -91,8 +92,12 @@ def test_a_silent_boat_on_a_bend_is_predicted_along_its_path_not_off_the_tangent
     track = sea.agent("b2").picture.others["b1"].track
     assert track is not None
     agent = sea.agent("b2")
-    at_end = agent.picture._silent_peer(  # noqa: SLF001 - where it is for somebody beyond the prediction
-        agent.picture.others["b1"], track, sea.now_ns, (on_path.x, on_path.y), agent._along  # noqa: SLF001
+    at_end = agent.picture._silent_peer(
+        agent.picture.others["b1"],
+        track,
+        sea.now_ns,
+        (on_path.x, on_path.y),
+        agent._along,
     )
     assert math.hypot(at_end.x - on_path.x, at_end.y - on_path.y) < 0.5
 
@@ -133,7 +138,7 @@ def test_the_return_of_a_silent_boat_is_no_bump_in_the_speed(tmp_path: Path, boa
     sea.run(10.0)
     assert sea.members("b1") == boats - 1
     speeds = [decision.u_plan for decision in sea.stations["b1"].history[at - 1 :]]
-    steps = [abs(b - a) for a, b in zip(speeds, speeds[1:], strict=False)]
+    steps = [abs(b - a) for a, b in itertools.pairwise(speeds)]
     assert max(speeds) - min(speeds) > 0.15, "it does come back into the sums"
     assert max(steps) <= 0.15, "tanh(0.3 / m x 10 m x 0.05) (C - u_min) a tick; all at once it would be 0.99 m/s"
 

@@ -14,7 +14,7 @@ from tests.agent.harness import CIRCUIT, Sea, mission, sailing
 SAILS = {Mode.FOLLOW, Mode.AVOID}
 
 
-def restarted(folder: Path, **how) -> Sea:  # noqa: ANN003
+def restarted(folder: Path, **how) -> Sea:
     sea = sailing(folder)
     sea.restart("b2", **how)
     sea.run(2.0)
@@ -131,7 +131,9 @@ def test_where_a_path_comes_by_twice_the_boat_is_found_on_the_leg_that_it_was_on
     """Two legs 1 m apart: the whole path searched would find either."""
     from fleet.mission.model import Polyline
 
-    hairpin = Polyline(points=((0.0, 0.0), (120.0, 0.0), (120.0, 31.0), (60.0, 31.0), (60.0, 1.0), (0.0, 1.0)), corner_radius_m=12.0)
+    hairpin = Polyline(
+        points=((0.0, 0.0), (120.0, 0.0), (120.0, 31.0), (60.0, 31.0), (60.0, 1.0), (0.0, 1.0)), corner_radius_m=12.0
+    )
     sea = sailing(tmp_path, mission(1, path=hairpin, starts=[Start(s_m=10.0, speed_mps=1.0)]), 15.0)
     s = sea.state("b1").s_m
     ship = sea.world.ships["b1"]

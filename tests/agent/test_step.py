@@ -70,9 +70,23 @@ def a_case(rng: random.Random, peers: int = 2, members: int = 2) -> Case:
         nav[7] = rng.choice([0.0, 0.5, 2.0])
     goal = float(rng.choice(list(Goal)))
     others = [
-        [float(k), 1.0, x + rng.uniform(-25, 25), y + rng.uniform(-25, 25), rng.uniform(-1, 1), rng.uniform(-1, 1)]
-        + [float(rng.random() < 0.7), math.cos(chi + k), math.sin(chi + k), rng.choice([0.0, 1.0])]
-        + [math.cos(chi), math.sin(chi), rng.choice([0.0, 5.0, 1e5]), rng.choice([0.0, 0.5]), rng.choice([0.0, 2.0])]
+        [
+            float(k),
+            1.0,
+            x + rng.uniform(-25, 25),
+            y + rng.uniform(-25, 25),
+            rng.uniform(-1, 1),
+            rng.uniform(-1, 1),
+            float(rng.random() < 0.7),
+            math.cos(chi + k),
+            math.sin(chi + k),
+            rng.choice([0.0, 1.0]),
+            math.cos(chi),
+            math.sin(chi),
+            rng.choice([0.0, 5.0, 100000.0]),
+            rng.choice([0.0, 0.5]),
+            rng.choice([0.0, 2.0]),
+        ]
         for k in range(peers)
     ]
     formation = [[rng.choice([0.0, 0.3, 1.0]), rng.uniform(-40, 40)] for _ in range(members)]
@@ -224,7 +238,9 @@ def decide(
     m = METHODS["circle"]
     nav = nav if nav is not None else Nav(1.0, 10.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
     state = state if state is not None else start(0.0, 10.0, m.start(0.0, 0))
-    return step(state, nav, members, [], Order(float(goal), 0.0, 1.0, 0.2, 1.5, 0.3, s_end), NORTH, m, params_of("circle"), DT)
+    return step(
+        state, nav, members, [], Order(float(goal), 0.0, 1.0, 0.2, 1.5, 0.3, s_end), NORTH, m, params_of("circle"), DT
+    )
 
 
 def test_on_its_path_and_in_its_place_a_boat_goes_straight_on_at_cruise_speed() -> None:
@@ -282,6 +298,8 @@ print(",".join(name for name in ("numpy", "matplotlib", "typer", "rich", "zenoh"
 
 @pytest.mark.parametrize("method", sorted(METHODS))
 def test_an_agent_that_sails_imports_no_numpy(method: str) -> None:
-    done = subprocess.run([sys.executable, "-c", WITHOUT, method], capture_output=True, text=True, check=False, timeout=60)
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT, method], capture_output=True, text=True, check=False, timeout=60
+    )
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == ""

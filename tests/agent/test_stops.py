@@ -29,13 +29,13 @@ def test_a_stop_is_on_disk_before_it_is_acknowledged(tmp_path: Path) -> None:
     seen: list[tuple[str, ...]] = []
     answers = sea.ask("stop-now", command_id="s1")
     for boat, bus in sea.water.boats.items():
-        for k, request in enumerate(bus._requests):  # noqa: SLF001
+        for k, request in enumerate(bus._requests):
 
-            def reply(answer: bytes, boat: str = boat, old=request.reply) -> None:  # noqa: ANN001
+            def reply(answer: bytes, boat: str = boat, old=request.reply) -> None:
                 seen.append(on_disk(sea, boat))
                 old(answer)
 
-            bus._requests[k] = request._replace(reply=reply)  # noqa: SLF001
+            bus._requests[k] = request._replace(reply=reply)
     sea.tick()
     assert len(answers) == 2
     assert seen == [("s1",), ("s1",)]
@@ -44,13 +44,13 @@ def test_a_stop_is_on_disk_before_it_is_acknowledged(tmp_path: Path) -> None:
 def test_a_stop_that_cannot_be_written_is_obeyed_but_not_acknowledged(tmp_path: Path) -> None:
     sea = sailing(tmp_path, mission(2, 12.0), 1.0)
     store = sea.agent("b2").store
-    folder, store._folder = store._folder, tmp_path / "gone"  # noqa: SLF001
+    folder, store._folder = store._folder, tmp_path / "gone"
     acks = sea.command("stop-now", command_id="s1")
     sea.run(2.0)
     assert set(acks) == {"b1"}
     assert sea.mode("b2") == Mode.NEUTRAL
     assert Reason.STORE in sea.reasons("b2")
-    store._folder = folder  # noqa: SLF001
+    store._folder = folder
     acks = sea.command("stop-now", command_id="s1")
     assert acks["b2"].ok, "asked again, with a disk"
     assert on_disk(sea, "b2") == ("s1",)
@@ -115,7 +115,7 @@ def test_a_release_is_on_disk_before_it_is_acknowledged(tmp_path: Path) -> None:
     sea = sailing(tmp_path, mission(2, 12.0), 1.0)
     sea.command("stop-now", command_id="s1")
     store = sea.agent("b2").store
-    store._folder = tmp_path / "gone"  # noqa: SLF001
+    store._folder = tmp_path / "gone"
     assert set(sea.command("release", names=("s1",))) == {"b1"}
 
 
@@ -157,6 +157,40 @@ def test_a_stop_for_one_boat_stops_one_boat(tmp_path: Path) -> None:
     assert sea.members("b1") == 1
 
 
+def test_a_stop_of_the_whole_fleet_reaches_who_was_out_of_reach_from_its_neighbours(tmp_path: Path) -> None:
+    sea = sailing(tmp_path)
+    sea.cut("b3")
+    sea.run(1.0)
+    sea.command("stop-now", command_id="all-s1")
+    sea.run(1.0)
+    assert sea.mode("b3") != Mode.NEUTRAL
+    sea.mend("b3")
+    sea.run(0.3)
+    assert sea.mode("b3") == Mode.NEUTRAL
+    assert on_disk(sea, "b3") == ("all-s1",)
+
+
+def test_a_stop_that_was_released_is_not_caught_again_from_a_boat_that_missed_the_release(tmp_path: Path) -> None:
+    sea = sailing(tmp_path)
+    sea.command("stop-now", command_id="all-s1")
+    sea.cut("b3")
+    sea.run(1.0)
+    sea.command("release", names=("all-s1",))
+    sea.mend("b3")
+    sea.run(2.0)
+    assert sea.modes() == [Mode.HOLD, Mode.HOLD, Mode.NEUTRAL]
+    sea.command("release", names=("all-s1",))
+    sea.run(1.0)
+    assert sea.modes() == [Mode.HOLD] * 3
+
+
+def test_a_stop_of_one_boat_is_not_caught_by_its_neighbours(tmp_path: Path) -> None:
+    sea = sailing(tmp_path)
+    sea.command("stop-now", command_id="s1", boats=("b3",))
+    sea.run(3.0)
+    assert Mode.NEUTRAL not in sea.modes()[:2]
+
+
 def test_a_file_of_stops_that_cannot_be_read_is_a_stop(tmp_path: Path) -> None:
     sea = sailing(tmp_path, mission(2, 12.0), 1.0)
     sea.kill("b2")
@@ -176,3 +210,38 @@ def test_the_threaded_store_acknowledges_after_the_disk(tmp_path: Path) -> None:
     store.save_stops(("s1",), lambda: seen.append((tmp_path / "s" / "stops").read_bytes()))
     store.close()
     assert seen == [msgspec.msgpack.encode(("s1",))]
+
+
+def test_a_stop_of_the_whole_fleet_reaches_a_boat_that_was_cut_off_from_its_neighbours(tmp_path: Path) -> None:
+    sea = sailing(tmp_path)
+    sea.cut("b3")
+    sea.run(2.0)
+    sea.command("stop-now", command_id="all-s1")
+    assert sea.mode("b3") != Mode.NEUTRAL
+    sea.mend("b3")
+    sea.run(1.0)
+    assert sea.mode("b3") == Mode.NEUTRAL
+    assert on_disk(sea, "b3") == ("all-s1",)
+
+
+def test_a_released_stop_is_not_taken_again_from_a_boat_that_missed_its_release(tmp_path: Path) -> None:
+    sea = sailing(tmp_path)
+    sea.command("stop-now", command_id="all-s1")
+    sea.cut("b3")
+    sea.run(2.0)
+    sea.command("release", names=("all-s1",))
+    sea.mend("b3")
+    sea.run(2.0)
+    assert sea.mode("b3") == Mode.NEUTRAL
+    assert sea.mode("b1") == sea.mode("b2") == Mode.HOLD
+    sea.restart("b1")
+    sea.run(3.0)
+    assert sea.agent("b1").orders.stops == {}
+
+
+def test_a_stop_of_one_boat_stays_with_it(tmp_path: Path) -> None:
+    sea = sailing(tmp_path)
+    sea.command("stop-now", boats=("b2",), command_id="s1")
+    sea.run(2.0)
+    assert sea.mode("b2") == Mode.NEUTRAL
+    assert Mode.NEUTRAL not in (sea.mode("b1"), sea.mode("b3"))

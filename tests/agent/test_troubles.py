@@ -353,7 +353,7 @@ def test_with_a_full_disk_the_boat_sails_on_and_says_that_it_does_not_record(tmp
 
 def test_a_store_that_cannot_be_written_is_said_and_the_boat_sails_on(tmp_path: Path) -> None:
     sea = sailing(tmp_path, mission(2, 12.0))
-    sea.agent("b2").store._folder = tmp_path / "gone"  # noqa: SLF001 - a card pulled out
+    sea.agent("b2").store._folder = tmp_path / "gone"
     sea.run(2.0)
     assert sea.mode("b2") in (Mode.FOLLOW, Mode.AVOID)
     assert Reason.STORE in sea.reasons("b2")

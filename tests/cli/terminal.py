@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 FLEET = [sys.executable, "-m", "fleet.cli.main"]
@@ -30,6 +31,22 @@ def fleet(*argv: str, cwd: Path | None = None, **more: str) -> subprocess.Comple
         env=environment(**more),
         check=False,
     )
+
+
+@contextlib.contextmanager
+def running(*argv: str, errors: Path | None = None, **more: str) -> Iterator[subprocess.Popen[str]]:
+    """A command that stays; killed at the end if it still runs."""
+    with (errors or Path(os.devnull)).open("w") as stderr:
+        child = subprocess.Popen(
+            [*FLEET, *argv], stdout=subprocess.PIPE, stderr=stderr, text=True, env=environment(**more)
+        )
+    try:
+        yield child
+    finally:
+        child.kill()
+        child.wait(10)
+        if child.stdout is not None:
+            child.stdout.close()
 
 
 def until(condition: Callable[[], bool], what: str, within_s: float = DEADLINE_S) -> None:

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.conftest import LONG, Afloat
-from tests.cli.terminal import FLEET, environment, until
+from tests.cli.terminal import FLEET, environment, running, until
 
 pytestmark = pytest.mark.sails
 SCRIPT = Path(__file__).parents[2] / "docs" / "script.md"
@@ -142,9 +142,7 @@ def test_a_boat_that_is_alive_is_not_forgotten(afloat: Afloat) -> None:
 
 def test_watch_gives_a_line_of_json_at_a_time(afloat: Afloat) -> None:
     link = {"FLEET_FLEET": "sim", "FLEET_CONNECT": afloat.connect}
-    with subprocess.Popen(
-        [*FLEET, "status", "--watch", "--json"], stdout=subprocess.PIPE, env=environment(**link), text=True
-    ) as watch:
+    with running("status", "--watch", "--json", **link) as watch:
         assert watch.stdout is not None
         lines = [json.loads(watch.stdout.readline()) for _ in range(3)]
         watch.send_signal(2)

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import json
 import signal
-import subprocess
 from pathlib import Path
 
 import psutil
 import pytest
 
 from fleet.recording.reader import RecordingFile
-from tests.cli.terminal import FLEET, environment, fleet, until
+from tests.cli.terminal import fleet, running, until
 
 pytestmark = pytest.mark.sails
 SHORT = ("--warp", "20", "--set", "duration_s=40", "--set", "timeline=[]")
@@ -54,25 +53,23 @@ def test_without_a_recording_nothing_is_judged(tmp_path: Path) -> None:
     assert "not recorded" in ended.stderr
 
 
+def left(children: list[psutil.Process]) -> list[psutil.Process]:
+    """Those that still run."""
+    return [child for child in children if child.is_running() and child.status() != psutil.STATUS_ZOMBIE]
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_interrupted_on_the_way_it_ends_everything_and_leaves_a_readable_run(tmp_path: Path, number: int) -> None:
     errors = tmp_path / "stderr"
-    with errors.open("w") as stderr:
-        sim = subprocess.Popen(
-            [*FLEET, "sim", "overtaking", "--warp", "10", "--json", "--runs", str(tmp_path)],
-            stdout=subprocess.PIPE,
-            stderr=stderr,
-            env=environment(),
-        )
-    until(lambda: "b1 follow" in errors.read_text(), "the boats follow")
-    children = psutil.Process(sim.pid).children(recursive=True)
-    assert len(children) == 4  # hub, world, two agents
-    sim.send_signal(number)
-    sim.send_signal(number)  # an impatient operator changes nothing
-    out, _ = sim.communicate(timeout=20)
-    assert sim.returncode == 130
-    assert out == b""
-    assert not [child for child in children if child.is_running() and child.status() != psutil.STATUS_ZOMBIE]
+    with running("sim", "overtaking", "--warp", "10", "--json", "--runs", str(tmp_path), errors=errors) as sim:
+        until(lambda: "b1 follow" in errors.read_text(), "the boats follow")
+        children = psutil.Process(sim.pid).children(recursive=True)
+        assert len(children) == 4  # hub, world, two agents
+        sim.send_signal(number)
+        sim.send_signal(number)  # an impatient operator changes nothing
+        out, _ = sim.communicate(timeout=20)
+    assert (sim.returncode, out) == (130, "")
+    assert not left(children)
     said = errors.read_text()
     assert "interrupted; what was sailed: " in said
     assert "Traceback" not in said
@@ -87,42 +84,24 @@ def test_interrupted_on_the_way_it_ends_everything_and_leaves_a_readable_run(tmp
 
 def test_killed_outright_it_leaves_no_process(tmp_path: Path) -> None:
     errors = tmp_path / "stderr"
-    with errors.open("w") as stderr:
-        sim = subprocess.Popen(
-            [*FLEET, "sim", "overtaking", "--warp", "5", "--runs", str(tmp_path)],
-            stdout=subprocess.DEVNULL,
-            stderr=stderr,
-            env=environment(),
-        )
-    until(lambda: "acknowledged" in errors.read_text(), "the boats have their mission")
-    children = psutil.Process(sim.pid).children(recursive=True)
-    sim.kill()
-    sim.wait()
-    until(
-        lambda: not [c for c in children if c.is_running() and c.status() != psutil.STATUS_ZOMBIE],
-        "every process of the simulation has ended",
-        10.0,
-    )
+    with running("sim", "overtaking", "--warp", "5", "--runs", str(tmp_path), errors=errors) as sim:
+        until(lambda: "acknowledged" in errors.read_text(), "the boats have their mission")
+        children = psutil.Process(sim.pid).children(recursive=True)
+        sim.kill()
+        sim.wait(10)
+    until(lambda: not left(children), "every process of the simulation has ended", 10.0)
 
 
 def test_kept_it_can_be_commanded_from_another_terminal(tmp_path: Path) -> None:
     errors = tmp_path / "stderr"
-    with errors.open("w") as stderr:
-        short = ("--warp", "10", "--set", "duration_s=5", "--set", "timeline=[]", "--no-picture")
-        sim = subprocess.Popen(
-            [*FLEET, "sim", "overtaking", *short, "--keep", "--json", "--runs", str(tmp_path)],
-            stdout=subprocess.PIPE,
-            stderr=stderr,
-            env=environment(),
-        )
-    try:
+    short = ("--warp", "10", "--set", "duration_s=5", "--set", "timeline=[]", "--no-picture", "--keep", "--json")
+    with running("sim", "overtaking", *short, "--runs", str(tmp_path), errors=errors) as sim:
         until(lambda: "sailing on; Ctrl-C ends it" in errors.read_text(), "the simulation sails on")
         (line,) = [one for one in errors.read_text().splitlines() if "export " in one]
         variables = dict(word.split("=", 1) for word in line.split("export ")[1].split())
         assert fleet("take", FLEET_OPERATOR="anna", **variables).returncode == 0
         ended = fleet("set", "spacing", "15", "--yes", FLEET_OPERATOR="anna", **variables)
         assert (ended.returncode, ended.stdout.splitlines()[0]) == (0, "set spacing: 20 m -> 15 m")
-    finally:
         sim.send_signal(signal.SIGINT)
         out, _ = sim.communicate(timeout=20)
     assert sim.returncode == 130

@@ -57,7 +57,11 @@ WRONG: list[tuple[list[str], int, str]] = [
     (["hold", "--connect", NOBODY, "--timeout", "0.3"], 4, f"error: nothing answers at {NOBODY}"),
     (["status", "--connect", NOBODY, "--timeout", "0.3"], 4, f"error: nothing answers at {NOBODY}"),
     (["agent", "--check"], 2, "error: boat: no name given; expected --boat NAME"),
-    (["agent", "--boat", "B1", "--check"], 2, "error: boat 'B1': expected 1 to 32"),
+    (
+        ["agent", "--boat", "B1", "--topology", "hub", "--connect", NOBODY, "--check"],
+        2,
+        "error: boat 'B1': expected 1 to 32",
+    ),
     (["agent", "--boat", "b1", "--config", "no.toml", "--check"], 2, "error: no.toml: no such file"),
     (["agent", "--boat", "b1", "--control-hz", "0", "--check"], 2, "Expected `float` >= 1.0 - at `control_hz`"),
     (["agent", "--boat", "b1", "--topology", "star", "--check"], 2, "Invalid enum value 'star'"),

@@ -87,7 +87,7 @@ def test_the_opposite_spacing_swaps_the_boats(s1: float, s2: float, wanted: floa
 @given(z=metres, others=members, masked=st.integers(0, 6))
 def test_a_masked_member_is_neutral_to_the_bit(z: float, others: list[tuple[float, float]], masked: int) -> None:
     plain = [Member(w, other) for w, other in others]
-    more = plain[:masked] + [Member(0.0, 123.0)] + plain[masked:]
+    more = [*plain[:masked], Member(0.0, 123.0), *plain[masked:]]
     assert along_path_error(z, more) == along_path_error(z, plain)
     assert math.copysign(1.0, along_path_error(z, more)) == math.copysign(1.0, along_path_error(z, plain))
 
@@ -120,7 +120,11 @@ def settle(s: list[float], offsets: list[float], seconds: float, masks: dict[int
         z = [a - o for a, o in zip(s, offsets, strict=True)]
         speeds = [
             formation_speed(
-                along_path_error(z[i], [Member(masks.get(j, 1.0), z[j]) for j in range(len(s)) if j != i]), 1.0, 0.2, 1.5, 0.3
+                along_path_error(z[i], [Member(masks.get(j, 1.0), z[j]) for j in range(len(s)) if j != i]),
+                1.0,
+                0.2,
+                1.5,
+                0.3,
             )
             for i in range(len(s))
         ]
@@ -141,7 +145,10 @@ def test_one_straggler_does_not_halt_the_fleet() -> None:
     s = list(start)
     for _ in range(600):
         z = [a - o for a, o in zip(s, offsets, strict=True)]
-        u = [formation_speed(along_path_error(z[i], [Member(1.0, z[j]) for j in range(5) if j != i]), 1.0, 0.2, 1.5, 0.3) for i in range(5)]
+        u = [
+            formation_speed(along_path_error(z[i], [Member(1.0, z[j]) for j in range(5) if j != i]), 1.0, 0.2, 1.5, 0.3)
+            for i in range(5)
+        ]
         assert min(u[:4]) > 0.2
         s = [a + 0.1 * v for a, v in zip(s, u, strict=True)]
     front = [a - o for a, o in zip(s[:4], offsets[:4], strict=True)]

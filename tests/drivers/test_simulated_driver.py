@@ -82,7 +82,9 @@ def test_a_world_that_has_gone_is_said_and_never_raised() -> None:
     driver.close()
 
 
-@pytest.mark.parametrize("where", ["", "nowhere", "127.0.0.1:", "127.0.0.1:x", "127.0.0.1:0", "127.0.0.1:70000", ":5000"])
+@pytest.mark.parametrize(
+    "where", ["", "nowhere", "127.0.0.1:", "127.0.0.1:x", "127.0.0.1:0", "127.0.0.1:70000", ":5000"]
+)
 def test_a_world_that_cannot_be_is_refused_with_what_was_expected(where: str) -> None:
     with pytest.raises(ConfigError, match="expected HOST:PORT"):
         SimulatedDriver("b1", where)

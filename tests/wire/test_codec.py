@@ -1,7 +1,8 @@
-"""Bytes <-> messages: golden bytes, so that a change of the wire is seen; what is refused at the door, and with which words."""
+"""Bytes <-> messages: golden bytes, so that a change of the wire is seen; what is refused, and with which words."""
 
 from __future__ import annotations
 
+import contextlib
 import math
 from typing import Any
 
@@ -118,10 +119,8 @@ def test_bytes_after_the_end_are_refused(name: str) -> None:
 @settings(max_examples=80, deadline=None)
 @given(payload=st.binary(max_size=400))
 def test_random_bytes_are_refused_or_a_message_and_nothing_else(name: str, payload: bytes) -> None:
-    try:
+    with contextlib.suppress(Refused):
         decode(payload, type(SAMPLES[name]))
-    except Refused as refusal:
-        assert str(refusal)
 
 
 @settings(max_examples=300, deadline=None)
@@ -217,10 +216,24 @@ def test_a_state_that_cannot_be_true_is_refused(changes: dict[str, Any], why: st
     assert refused(**changes) == why
 
 
-@pytest.mark.parametrize("field", ["epoch", "stamp_ns", "lap", "mode", "reasons"])
-@pytest.mark.parametrize("value", [0, -1, (1 << 63) - 1, -(1 << 63)])
-def test_whole_numbers_of_newer_versions_pass(field: str, value: int) -> None:
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("mode", 255), ("reasons", (1 << 63) - 1), ("stamp_ns", 0), ("stamp_ns", (1 << 63) - 1), ("lap", -1)],
+)
+def test_modes_and_reasons_of_newer_versions_and_wrong_clocks_pass(field: str, value: int) -> None:
     decode_state(encode(msgspec.structs.replace(STATE, **{field: value})), "b1")
+
+
+@pytest.mark.parametrize("field", ["seq", "clock_ns"])
+def test_whole_numbers_that_cannot_be_negative_are_refused(field: str) -> None:
+    assert refused(**{field: -(1 << 63)}) == "impossible number"
+
+
+@pytest.mark.parametrize(
+    "field", ["position_error_m", "straight_s", "s_m", "yaw_rate_radps", "length_m", "along_path_m"]
+)
+def test_numbers_that_are_finite_but_absurd_are_refused(field: str) -> None:
+    assert refused(**{field: 1e300}) == "impossible number"
 
 
 # -- words of operators ------------------------------------------------------------------------------------------------
@@ -267,7 +280,9 @@ def test_a_formation_that_cannot_be_is_refused(changes: dict[str, Any]) -> None:
         decode_formation(Signed(encode(msgspec.structs.replace(FORMATION, **changes))))
 
 
-@pytest.mark.parametrize("changes", [{"apply_in_s": math.nan}, {"apply_in_s": -1.0}, {"mission_id": ""}, {"mission_id": "m" * 201}])
+@pytest.mark.parametrize(
+    "changes", [{"apply_in_s": math.nan}, {"apply_in_s": -1.0}, {"mission_id": ""}, {"mission_id": "m" * 201}]
+)
 def test_a_mission_order_that_cannot_be_is_refused(changes: dict[str, Any]) -> None:
     with pytest.raises(Refused, match="impossible order"):
         decode_mission_order(Signed(encode(msgspec.structs.replace(MISSION, **changes))))

@@ -25,7 +25,8 @@ def test_names_that_are_taken(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["", "B1", "b 1", "b/1", "*", "**", "$*", "ä", "b_1", "b1\n", "x" * 33, "operator", "b1\x00", "..", "?", "#"]
+    "name",
+    ["", "B1", "b 1", "b/1", "*", "**", "$*", "ä", "b_1", "b1\n", "x" * 33, "operator", "b1\x00", "..", "?", "#"],
 )
 def test_names_that_are_refused(name: str) -> None:
     with pytest.raises(UsageError, match="boat"):

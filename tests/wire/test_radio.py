@@ -107,7 +107,7 @@ def test_a_question_asked_through_a_lossy_radio_is_answered_or_dropped_never_bot
     air = Air(loss=0.5, seed=3)
     fates: list[str] = []
     for k in range(200):
-        air.inner._requests.append(  # noqa: SLF001
+        air.inner._requests.append(
             request(str(k).encode(), lambda answer: fates.append("answered"), lambda: fates.append("dropped"))
         )
         for asked in air.b.poll_requests(9):
