@@ -40,7 +40,7 @@ MOST_STRANGERS = 100  # boats listened to that are not of the own mission
 SAVE_S = 1.0
 STUCK_S = 10.0
 DRIVER_AGAIN_S = 1.0
-OUT_OF_REACH_S = 60.0
+OUT_OF_REACH_S = 180.0  # exchanging places at the limits of speed takes half of it
 LONGEST_TICK_S = 1.0
 
 ZERO_DECISION: Decision[float] = Decision(
@@ -101,6 +101,7 @@ class Agent:
         self.ready = False
         self.name_taken = False
         self._numbers: list[float] = []
+        self._ordered: set[float] = set()  # numbers of boats that are ahead or astern of us as their slots are
         self._watched: frozenset[str] = frozenset()
         self._strangers: set[str] = set()
         self._end_of: tuple[FormationOrder | None, float] = (None, 0.0)  # abscissa of the end, for a formation
@@ -349,7 +350,9 @@ class Agent:
         self.peers = self.picture.peers(now_ns, lambda name: link_up and name not in alive, (nav.x, nav.y), self._along)
         members = self._members(now_ns, dt)
         idle = goal in (Goal.STANDBY, Goal.NEUTRAL)  # nothing to decide, and nothing to remember from it
-        peers = [] if idle else self.peers
+        peers = (
+            [] if idle else [structs.replace(p, ordered=1.0) if p.number in self._ordered else p for p in self.peers]
+        )
         numbers = [peer.number for peer in peers]
         state = self.state
         if numbers != self._numbers:
@@ -394,20 +397,30 @@ class Agent:
         return point.x, point.y
 
     def _members(self, now_ns: int, dt: float) -> list[Member[float]]:
-        """The boats of the formation, in the order of the roster."""
+        """The boats of the formation, in the order of the roster; notes which are ahead or astern as they should."""
+        self._ordered.clear()
         sailing = self.orders.sailing
         if sailing is None:
             return []
         members: list[Member[float]] = []
+        spacing, me = sailing.formation.spacing_m, sailing.plan.boats[sailing.number]
         for boat in sailing.plan.boats:
             other = self.picture.others.get(boat.name)
             if other is None or other.track is None:
                 continue
             weight = self.picture.weigh(other, self._present(other, other.track.state, sailing), dt)
             if weight > 0.0:
-                z = self.picture.abscissa(other, other.track, now_ns) - boat.slot * sailing.formation.spacing_m
-                members.append(Member(weight, z))
+                s = self.picture.abscissa(other, other.track, now_ns)
+                members.append(Member(weight, s - boat.slot * spacing))
+                if boat.path_name == me.path_name and self._in_order(s - self.state.s, (boat.slot - me.slot) * spacing):
+                    self._ordered.add(float(boat.number))
         return members
+
+    def _in_order(self, gap_m: float, wanted_m: float) -> bool:
+        """Whether a boat so far ahead along the path is on the side where it belongs, on the same lap."""
+        path = self.course.path
+        lap_m = path.length if path.closed else courses.ENDLESS
+        return gap_m * wanted_m > 0.0 and self.radius_m < abs(gap_m) < 0.5 * lap_m
 
     def _present(self, other: Other, state: BoatState, sailing: Sailing) -> bool:
         """Fresh state, same mission id and formation revision, mode follow or avoid."""

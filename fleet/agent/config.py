@@ -46,6 +46,7 @@ class AgentConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
         return Path(self.state_dir) if self.state_dir else Path.home() / ".local" / "state" / "fleet" / self.boat
 
 
+FLAGS = {"driver.kind": "driver"}  # those that are not called as the last part of their key
 ENVIRONMENT: dict[str, str] = {
     "FLEET_BOAT": "boat",
     "FLEET_FLEET": "fleet",
@@ -118,7 +119,7 @@ def load_config(
         if value is not None:
             layer = {}
             _put(layer, dotted, value)
-            layers.append((f"flag --{dotted.split('.')[-1].replace('_', '-')} {value!r}", layer))
+            layers.append((f"flag --{FLAGS.get(dotted, dotted.split('.')[-1]).replace('_', '-')} {value!r}", layer))
     tree: dict[str, Any] = {}
     for origin, layer in layers:
         merged = _merge(tree, layer)

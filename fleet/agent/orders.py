@@ -27,6 +27,7 @@ FREE_KINDS = ("hold", "abort", "stop-now", "take")
 REMEMBERED = 256  # of those obeyed, and of those refused: a flood of refusals makes no old command new
 FOR_ALL = "all-"  # so begins the id of a stop that an operator says to the whole fleet
 MOST_STOPS = 32
+AHEAD = 8  # pieces of work done ahead and kept until taken; a few are for commands that are refused after all
 LONGEST_REASON = 400
 REFUSALS_TOLD_S = 0.2  # between two events about refusals; all of them are counted
 MANY_PATHS = 10  # from here on it takes longer than a tick may to hold all places against each other
@@ -89,8 +90,8 @@ class Orders:
         self._obeyed: dict[str, tuple[bytes, Ack]] = {}
         self._refused: dict[str, tuple[bytes, Ack]] = {}
         self._told_ns = 0
-        self._read: tuple[Signed, str, Sailing | None] | None = None  # a mission read in the background
-        self._checked: tuple[Plan, float, float, bool, list[str]] | None = None  # so, a formation
+        self._read: list[tuple[Signed, str, Sailing | None]] = []  # missions read in the background, not yet taken
+        self._checked: list[tuple[Signed, Plan, list[str]]] = []  # so, formations held against each other
         self._rulings: Mapping[str, Callable[[Command, int], Ruling]] = {
             "launch": self._launch,
             "set": self._set,
@@ -114,7 +115,8 @@ class Orders:
         ruling = Ruling(False, "another command had this id") if known is not None else self._rule(command, now_ns)
         reason = ruling.reason[:LONGEST_REASON]
         ack = Ack(MAJOR, command.id, self.boat, ruling.ok, reason, ruling.old, ruling.new, self.version, ruling.safety)
-        if not ruling.ok and now_ns - self._told_ns >= REFUSALS_TOLD_S * 1e9:
+        addressed = not command.boats or self.boat in command.boats
+        if not ruling.ok and addressed and now_ns - self._told_ns >= REFUSALS_TOLD_S * 1e9:
             self._told_ns = now_ns
             self.note("refused", f"{command.kind} of {command.operator}: {reason}")
         if known is None:
@@ -146,21 +148,25 @@ class Orders:
             return None
         if order.mission_id != sailing.order.mission_id or not sailing.held < order.revision:
             return None
-        plan, key = sailing.plan, abscissas is not None
+        plan = sailing.plan
 
         def check_ahead() -> None:
             found = check_formation(plan, order.spacing_m, order.cruise_mps, abscissas)
-            self._checked = plan, order.spacing_m, order.cruise_mps, key, found
+            del self._checked[:-AHEAD]
+            self._checked.append((words, plan, found))
 
         return check_ahead
 
-    def _misfits(self, plan: Plan, order: FormationOrder, abscissas: dict[str, float] | None) -> list[str]:
+    def _misfits(
+        self, plan: Plan, order: FormationOrder, words: Signed, abscissas: dict[str, float] | None
+    ) -> list[str]:
         """Why a formation cannot be sailed, as found in the background or now."""
-        checked, self._checked = self._checked, None
-        if checked is not None and checked[0] is plan:
-            _, spacing_m, cruise_mps, key, found = checked
-            if (spacing_m, cruise_mps, key) == (order.spacing_m, order.cruise_mps, abscissas is not None):
-                return found
+        for checked in self._checked:
+            if checked[0] is words:
+                self._checked.remove(checked)
+                if checked[1] is plan:
+                    return checked[2]
+                break
         return check_formation(plan, order.spacing_m, order.cruise_mps, abscissas)
 
     def _rule(self, command: Command, now_ns: int) -> Ruling:
@@ -219,13 +225,15 @@ class Orders:
 
     def _read_ahead(self, words: Signed, now_ns: int) -> None:
         problem, sailing = self.read_mission(words, now_ns)
-        self._read = words, problem, sailing
+        del self._read[:-AHEAD]
+        self._read.append((words, problem, sailing))
 
     def _take_read(self, words: Signed, now_ns: int) -> tuple[str, Sailing | None]:
         """A mission as read in the background, or now."""
-        read, self._read = self._read, None
-        if read is not None and read[0] is words:
-            return read[1], read[2]
+        for read in self._read:
+            if read[0] is words:
+                self._read.remove(read)
+                return read[1], read[2]
         return self.read_mission(words, now_ns)
 
     def read_mission(self, words: Signed, now_ns: int) -> tuple[str, Sailing | None]:
@@ -285,7 +293,7 @@ class Orders:
             return Ruling(False, f"revision {order.revision} of {command.operator} does not follow {held}")
         if order.revision.counter > held.counter + LARGEST_JUMP:
             return Ruling(False, f"revision {order.revision} is more than {LARGEST_JUMP} ahead of {held}")
-        problems = self._misfits(sailing.plan, order, self.abscissas())
+        problems = self._misfits(sailing.plan, order, command.order, self.abscissas())
         problems += [] if problems else self._too_close(sailing.plan, order)
         if problems:
             return Ruling(False, "; ".join(problems), safety=True)
@@ -316,9 +324,9 @@ class Orders:
         held = sailing.held
         if order.mission_id != sailing.order.mission_id or not held < order.revision:
             return "not newer"
-        if order.revision.counter > held.counter + LARGEST_JUMP:
+        if held.counter > 0 and order.revision.counter > held.counter + LARGEST_JUMP:  # who holds none has missed all
             return f"revision {order.revision} is more than {LARGEST_JUMP} ahead of {held}"
-        problems = self._misfits(sailing.plan, order, None)
+        problems = self._misfits(sailing.plan, order, words, None)
         if problems:
             return "; ".join(problems)
         rival = sailing.pending or sailing.formation

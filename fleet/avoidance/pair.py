@@ -158,14 +158,19 @@ def judge(
 
 
 def _companion(own: Own[R], peer: Peer[R], seen: View[R], pair: Pair[R], params: ScoringParams) -> R:
-    """1 where both plans agree in velocity along the paths, and the boats are near; left later than entered."""
+    """1 where both plans agree in velocity along the paths, and the boats are near; left later than entered.
+
+    So are boats of one formation that are already ahead or astern of each other as their slots are: the formation's law
+    keeps them apart, and that one closes up faster than the other sails is no encounter, until it is 30 s away.
+    """
     ex = own.u_d * own.tx - peer.u_d * peer.tx
     ey = own.u_d * own.ty - peer.u_d * peer.ty
     fastest = ops.maximum(ops.maximum(own.u_d, peer.u_d), params.least_cruise_mps)
     was = pair.companion == 1.0
     most = fastest * ops.where(was, params.companion_leave_share, params.companion_share)
     reach = ops.where(was, params.companion_leave_range_m, params.companion_range_m)
-    return ops.flag((peer.known == 1.0) & (ex * ex + ey * ey <= most * most) & (seen.d <= reach), ex)
+    alike = (ex * ex + ey * ey <= most * most) & (seen.d <= reach)
+    return ops.flag((peer.known == 1.0) & (alike | (peer.ordered == 1.0)), ex)
 
 
 def _stands_on(cos_chi: R, sin_chi: R, speed: R, peer: Peer[R], seen: View[R]) -> R:

@@ -73,6 +73,10 @@ def search(
         yielding: 1 only candidates of half speed and less
         u_min: slowest speed under way [m/s]
     """
+    if type(own.x) is not float:
+        from fleet.avoidance import search_lanes
+
+        return search_lanes.search(own, threats, turned, avoiding, yielding, u_min, params)
     least = ops.full(own.x, _NONE_YET)
     best = Choice(own.gx, own.gy, ops.full(own.x, 1.0), ops.zero(own.x))
     courses: dict[int, tuple[R, R, R]] = {}

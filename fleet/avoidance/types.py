@@ -45,6 +45,7 @@ class Peer(Struct, Generic[R], frozen=True, gc=False):
     straight: R  # seconds for which its path stays straight
     sigma: R  # 1-sigma error of its position [m]
     widen: R  # metres added to every radius kept from it: silence, uncertain age
+    ordered: R = 0.0  # type: ignore[assignment]  # 1 in our formation, on our path, ahead or astern as its slot is
 
 
 class Advice(Struct, Generic[R], frozen=True, gc=False):

@@ -5,6 +5,8 @@ Its own controller achieves surge over ground, so a current ahead or astern cost
 
 from __future__ import annotations
 
+from typing import Any
+
 from fleet import ops
 from fleet.guidance.limits import Limits
 from fleet.hulls.types import HullState, Water, start
@@ -33,16 +35,20 @@ def advance(
     """
     dn, de = water.current_n + water.wind_n, water.current_e + water.wind_e
     u_max, r_max, a_max = limits.speed_max_mps, limits.yaw_rate_max_radps, limits.acceleration_max_mps2
-    r_aim = powered * ops.clip(r_d, -r_max, r_max)
-    r = state.r + dt * ((r_aim - state.r) / limits.yaw_lag_s)
+    driven = _is(powered, 1.0)
+    r_aim, u_aim = ops.clip(r_d, -r_max, r_max), ops.clip(u_d, -u_max, u_max)
+    r = state.r + dt * (((r_aim if driven else powered * r_aim) - state.r) / limits.yaw_lag_s)
     s, c = ops.sincos(state.psi + 0.5 * dt * r)  # heading at the middle of the step
-    drift = dn * c + de * s
-    u_aim = powered * ops.clip(u_d, -u_max, u_max) + (1.0 - powered) * drift
+    if not driven:
+        u_aim = powered * u_aim + (1.0 - powered) * (dn * c + de * s)
     u = state.u + dt * ops.clip((u_aim - state.u) / limits.surge_lag_s, -a_max, a_max)
-    v = de * c - dn * s
+    vx, vy, v = u * c, u * s, ops.zero(u)
+    if not (_is(dn, 0.0) and _is(de, 0.0)):
+        v = de * c - dn * s
+        vx, vy = vx - v * s, vy + v * c
     return HullState(
-        x=state.x + dt * (u * c - v * s),
-        y=state.y + dt * (u * s + v * c),
+        x=state.x + dt * vx,
+        y=state.y + dt * vy,
         psi=ops.wrap(state.psi + dt * r),
         u=u,
         v=v,
@@ -50,3 +56,8 @@ def advance(
         i_u=state.i_u,
         i_r=state.i_r,
     )
+
+
+def _is(value: Any, number: float) -> bool:
+    """It is one number for all lanes, and this one: what then adds 0 or is multiplied by 1 is left out."""
+    return type(value) is float and value == number

@@ -128,7 +128,7 @@ class Fleet:
     ) -> None:
         self.fleet = keys.valid_name("fleet", fleet)
         self.operator = keys.valid_name("operator", operator or default_operator())
-        if timeout_s <= 0.0:
+        if not timeout_s > 0.0:
             raise UsageError(f"timeout {timeout_s:g} s: expected more than 0")
         self.timeout_s = timeout_s
         self._connect = tuple(connect)

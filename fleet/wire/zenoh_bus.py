@@ -19,6 +19,7 @@ from typing import Any, Literal
 import msgspec
 import zenoh
 
+from fleet.errors import FleetError
 from fleet.wire import keys
 from fleet.wire.bus import Answer, Heard, Request
 
@@ -268,7 +269,7 @@ class ZenohBus:
 
         def reply(answer: bytes) -> None:
             with contextlib.suppress(zenoh.ZError), query:
-                query.reply(mine, answer, congestion_control=zenoh.CongestionControl.DROP)
+                query.reply(mine, answer)
 
         def drop() -> None:
             with contextlib.suppress(zenoh.ZError), query:
@@ -436,6 +437,10 @@ class OperatorBus:
 
 def run_hub(listen: tuple[str, ...], stop: threading.Event, ready: Callable[[], None], lease_ms: int = 2000) -> None:
     """Be the hub until `stop`: a router that boats and operators connect to."""
-    with zenoh.open(session_config("router", LinkConfig(topology="hub", listen=listen, lease_ms=lease_ms))):
+    try:
+        session = zenoh.open(session_config("router", LinkConfig(topology="hub", listen=listen, lease_ms=lease_ms)))
+    except zenoh.ZError as error:
+        raise FleetError(f"cannot listen at {', '.join(listen)}: {str(error).split(' at ')[0]}") from None
+    with session:
         ready()
         stop.wait()

@@ -260,13 +260,26 @@ def test_a_counter_more_than_a_thousand_ahead_is_refused(tmp_path: Path) -> None
 
 def test_a_neighbours_counter_more_than_a_thousand_ahead_is_refused_too(tmp_path: Path) -> None:
     sea = sailing(tmp_path)
+    sea.change(spacing_m=16.0)
+    sea.run(4.0)
     orders = sea.agent("b1").orders
     assert orders.sailing is not None
+    assert orders.sailing.held.counter == 1
     order = FormationOrder(
         MAJOR, orders.sailing.order.mission_id, Revision(5000, "bob"), Revision(4999, "bob"), 15.0, 1.0
     )
     assert "more than 1000 ahead" in orders.handed_on(Signed(encode(order)), 0.0, sea.now_ns)
     assert orders.sailing.pending is None
+
+
+def test_a_boat_that_has_heard_of_no_change_takes_the_thousandth_from_its_neighbours(tmp_path: Path) -> None:
+    sea = sailing(tmp_path)
+    orders = sea.agent("b1").orders
+    assert orders.sailing is not None
+    order = FormationOrder(
+        MAJOR, orders.sailing.order.mission_id, Revision(5000, "bob"), Revision(4999, "bob"), 15.0, 1.0
+    )
+    assert orders.handed_on(Signed(encode(order)), 0.0, sea.now_ns) == ""
 
 
 @pytest.mark.parametrize(

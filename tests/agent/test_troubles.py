@@ -9,6 +9,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from fleet.agent.agent import OUT_OF_REACH_S
 from fleet.agent.modes import Mode, Reason
 from fleet.drivers.seam import Reading
 from fleet.mission.model import Fence, Lost
@@ -365,19 +366,16 @@ def test_a_boat_that_cannot_reach_its_slot_says_why_and_recovers(tmp_path: Path)
     sea = sailing(tmp_path, mission(2, 12.0))
     limits = sea.world.ships["b2"].limits
     sea.world.ships["b2"].limits = msgspec.structs.replace(limits, speed_max_mps=0.45)  # weed in the propeller
-    for name in sea.agents():
-        sea.agent(name)
-    sea.world.ships["b1"].limits = msgspec.structs.replace(limits, speed_max_mps=1.5)
-    sea.stations["b1"].driver.spoil = lambda reading: reading
-    sea.agent("b1").params = msgspec.structs.replace(
-        sea.agent("b1").params, limits=msgspec.structs.replace(sea.agent("b1").params.limits, speed_min_mps=0.9)
+    ahead = sea.agent("b1")
+    ahead.params = msgspec.structs.replace(
+        ahead.params, limits=msgspec.structs.replace(ahead.params.limits, speed_min_mps=0.9)
     )
-    sea.run(120.0)
+    sea.run(OUT_OF_REACH_S + 30.0)
     assert Reason.SLOT_OUT_OF_REACH in sea.reasons("b2")
     assert "cannot reach its slot" in sea.statuses["b2"].reasons
     assert sea.mode("b2") in (Mode.FOLLOW, Mode.AVOID), "it goes on trying"
     sea.world.ships["b2"].limits = limits
-    sea.run_until(lambda: Reason.SLOT_OUT_OF_REACH not in sea.reasons("b2"), 200.0)
+    sea.run_until(lambda: Reason.SLOT_OUT_OF_REACH not in sea.reasons("b2"), 300.0)
 
 
 def test_whichever_way_an_agent_ends_the_driver_is_left_in_neutral(tmp_path: Path) -> None:

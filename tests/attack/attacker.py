@@ -113,7 +113,7 @@ class Attacker:
         payload = self.old(boat)
         return payload[: self.rng.randrange(len(payload))]
 
-    def random_bytes(self, boat: str) -> bytes:
+    def random_bytes(self, _: str) -> bytes:
         return self.rng.randbytes(self.rng.randrange(1, 1000))
 
     def bit_flip(self, boat: str) -> bytes:
@@ -127,7 +127,15 @@ class Attacker:
 
     def impossible(self, boat: str) -> bytes:
         lie = self.rng.choice(
-            ("lat_deg:91", "lon_deg:-999", "sog_mps:400", "sog_mps:-1", "cog_rad:99", "s_m:1e300", "position_error_m:1e9")
+            (
+                "lat_deg:91",
+                "lon_deg:-999",
+                "sog_mps:400",
+                "sog_mps:-1",
+                "cog_rad:99",
+                "s_m:1e300",
+                "position_error_m:1e9",
+            )
         )
         name, _, value = lie.partition(":")
         return self.next(boat, **{name: float(value)})
@@ -167,10 +175,10 @@ class Attacker:
         state = decode(self.old(boat), BoatState)
         return encode(structs.replace(state, epoch=state.epoch - 3600 * 10**9, stamp_ns=state.stamp_ns - 600 * 10**9))
 
-    def huge(self, boat: str) -> bytes:
+    def huge(self, _: str) -> bytes:
         return self.rng.randbytes(self.rng.choice((5_000, 50_000, 500_000)))
 
-    def deep(self, boat: str) -> bytes:
+    def deep(self, _: str) -> bytes:
         return b"\x91" * self.rng.choice((1000, 4000))
 
     # -- commands ----------------------------------------------------------------------------------------------------
@@ -203,7 +211,9 @@ class Attacker:
     def malformed_order(self) -> bytes:
         mission = self.last[self.plan.victim].mission_id
         if self.rng.random() < 0.3:
-            order = MissionOrder(MAJOR, self.fresh_id(), self.plan.operator, 0, self.rng.choice(self.plan.missions), 2.0)
+            order = MissionOrder(
+                MAJOR, self.fresh_id(), self.plan.operator, 0, self.rng.choice(self.plan.missions), 2.0
+            )
             return self.word("launch", self.plan.operator, order=Signed(encode(order)))
         held = self.last[self.plan.victim].held
         one = Revision(held.counter + self.rng.choice((1, 5000)), self.plan.operator)

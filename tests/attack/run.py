@@ -1,6 +1,6 @@
 """A live fleet sails while a station of its own attacks it: what was sent, what was refused, and what it did.
 
-    python -m tests.attack.run --count 100000     the whole of it, 100 s; the test sends 10,000
+python -m tests.attack.run --count 100000     the whole of it, 100 s; the test sends 10,000
 """
 
 from __future__ import annotations
@@ -68,16 +68,36 @@ def unsailable() -> list[bytes]:
     curve = Through(points=tuple((200.0 * i, 100.0 * math.sin(0.3 * i)) for i in range(226)))  # 45 km
     others = tuple(Boat(name=f"z{i}", path="line", slot=-float(i), start=Start(s_m=200.0 - 20.0 * i)) for i in range(5))
     long: Mission = msgspec.structs.replace(
-        plain, paths={"line": curve}, boats=others, fence=None, timeline=(), formation=Formation(spacing_m=20.0, cruise_mps=1.0)
+        plain,
+        paths={"line": curve},
+        boats=others,
+        fence=None,
+        timeline=(),
+        formation=Formation(spacing_m=20.0, cruise_mps=1.0),
     )
     return [
         b"",
         b"\x91" * 100_000,
         encode_mission(long),  # can be sailed, but not by this boat
-        encode_mission(msgspec.structs.replace(long, boats=plain.boats, checks={"unheard-of": 1.0})),  # built to know it
+        encode_mission(
+            msgspec.structs.replace(long, boats=plain.boats, checks={"unheard-of": 1.0})
+        ),  # built to know it
         pack({**good, "boats": [None] * 50_000}),
         pack({**good, "boats": [good["boats"][0]] * 500}),
-        pack({**good, "paths": {"line": {"kind": "sine", "start": [0, 0], "end": [900, 0], "amplitude_m": 1e-9, "wavelength_m": 1e-3}}}),
+        pack(
+            {
+                **good,
+                "paths": {
+                    "line": {
+                        "kind": "sine",
+                        "start": [0, 0],
+                        "end": [900, 0],
+                        "amplitude_m": 1e-9,
+                        "wavelength_m": 1e-3,
+                    }
+                },
+            }
+        ),
         encode_mission(plain)[:-7],
     ]
 
@@ -157,14 +177,17 @@ def reasons(run: Sailed, boat: str, since_s: float, until_s: float) -> set[str]:
     return {reason for reasons in found for reason in reasons}
 
 
-def least_gap_m(run: Sailed, since_s: float, until_s: float) -> tuple[float, float]:
+def gaps_m(run: Sailed, since_s: float, until_s: float) -> tuple[float, float]:
     """Least and largest true distance between neighbours of the column."""
     tracks = {
         boat: {round(run.t(t.stamp_ns), 1): (t.x_m, t.y_m) for t in truths if since_s <= run.t(t.stamp_ns) <= until_s}
         for boat, truths in run.truths.items()
     }
     gaps = [
-        math.dist(tracks[a][t], tracks[b][t]) for a, b in (("b1", "b2"), ("b2", "b3")) for t in tracks[a] if t in tracks[b]
+        math.dist(tracks[a][t], tracks[b][t])
+        for a, b in (("b1", "b2"), ("b2", "b3"))
+        for t in tracks[a]
+        if t in tracks[b]
     ]
     return min(gaps), max(gaps)
 
@@ -213,30 +236,31 @@ def main() -> None:
         print(f"{sum(result.sent.values())} messages in {result.took_s:.1f} s")
         for name, count in sorted(result.sent.items()):
             asked = name in result.answered or name.startswith(("commands", "ask"))
-            more = f"  answered {result.answered.get(name, 0)}, acknowledged {result.obeyed.get(name, 0)}" if asked else ""
+            more = (
+                f"  answered {result.answered.get(name, 0)}, acknowledged {result.obeyed.get(name, 0)}" if asked else ""
+            )
             print(f"  {name:40s} {count:7d}{more}")
         on = sum(count for key, count in result.on.items() if key in BOATS)
         print(f"states on the boats' keys {on}, on all keys {result.on.get('*', 0)}")
         for boat in BOATS:
+            before, late = late_ticks(run, boat, QUIET_S, ATTACK_S), late_ticks(run, boat, ATTACK_S, end_s)
             print(
                 f"{boat}: refused {done.grew(boat, 'messages_refused')} states, "
-                f"{done.grew(boat, 'requests_refused')} requests; ticks late {late_ticks(run, boat, QUIET_S, ATTACK_S)} "
-                f"in {ATTACK_S - QUIET_S:g} s before, {late_ticks(run, boat, ATTACK_S, end_s)} in {end_s - ATTACK_S:g} s "
-                f"under attack; worst {[round(p.statuses[boat].worst_late_ms) for p in done.probes]} ms; "
-                f"memory {done.rss_grew_mb(boat):+.1f} MB"
+                f"{done.grew(boat, 'requests_refused')} requests; memory {done.rss_grew_mb(boat):+.1f} MB; "
+                f"ticks late {before} in {ATTACK_S - QUIET_S:g} s before, {late} in {end_s - ATTACK_S:g} s under attack"
             )
             print("   ", "; ".join(done.probes[-1].statuses[boat].refusals))
             print("   ", reasons(run, boat, ATTACK_S, end_s), run.own_modes(boat, ATTACK_S, end_s))
+            for event in run.own[boat]:
+                if ATTACK_S < run.t(event.stamp_ns) < end_s and event.kind != "refused":
+                    print(f"    {run.t(event.stamp_ns):7.1f} {event.kind}: {event.text[:100]}")
         for name, since, until in (("before", QUIET_S, ATTACK_S), ("under attack", ATTACK_S, end_s)):
-            low, high = least_gap_m(run, since, until)
+            low, high = gaps_m(run, since, until)
             slow, fast = speeds(run, since, until)
-            print(f"{name}: gaps {low:.2f} to {high:.2f} m, aside {aside_m(run, since, until):.2f} m, "
-                  f"speed {slow:.3f} to {fast:.3f} m/s")
-        for boat in BOATS:
-            for e in run.own[boat]:
-                if run.t(e.stamp_ns) > ATTACK_S and e.kind != "refused":
-                    print(f"  {boat} {run.t(e.stamp_ns):7.1f} {e.kind}: {e.text[:100]}")
-        print("events:", {e.kind + ": " + e.text[:60] for b in BOATS for e in run.own[b] if run.t(e.stamp_ns) > ATTACK_S and e.kind != "refused"})
+            print(
+                f"{name}: gaps {low:.2f} to {high:.2f} m, aside {aside_m(run, since, until):.2f} m, "
+                f"speed {slow:.3f} to {fast:.3f} m/s"
+            )
         print("messages lost:", [done.grew(boat, "messages_lost") for boat in BOATS])
 
 

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import math
 import random
+import threading
 from pathlib import Path
 from typing import Any
 
 import msgspec
 import pytest
 
+from fleet.agent.background import MOST, Background
+from fleet.agent.examine import apart
 from fleet.agent.modes import Goal, Mode, Reason
+from fleet.mission.check import check
+from fleet.mission.load import encode as encode_mission
 from fleet.mission.model import Sine, Through
 from fleet.wire import keys
 from fleet.wire.bus import Answer
@@ -344,3 +349,54 @@ def test_many_refusals_with_ever_other_words_fill_no_memory(tmp_path: Path) -> N
         bus._answers.append(Answer("b2", keys.FORMATION, encode(Held(MAJOR, Signed(encode(order)), 0.0))))
         sea.tick()
     assert len(sea.agent("b1").desk.refused) <= 64
+
+
+# -- what takes long -------------------------------------------------------------------------------------------------
+def test_missions_read_ahead_are_not_read_again_in_the_loop_however_many_are_done_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sea = Sea(tmp_path, mission(2))
+    sea.run(0.5)
+    orders = sea.agent("b1").orders
+    commands = [Command(MAJOR, f"l{i}", "anna", "launch", (), sea.mission_words(mission_id=f"m{i}")) for i in range(3)]
+    for work in [orders.work(command, sea.now_ns) for command in commands]:
+        assert work is not None
+        work()
+    monkeypatch.setattr(orders, "read_mission", lambda words, now_ns: pytest.fail("read in the loop"))
+    assert [orders.obey(command, sea.now_ns).ok for command in commands] == [True, True, True]
+
+
+def test_a_piece_of_background_work_that_fails_ends_nothing_and_too_many_are_turned_away() -> None:
+    background, gate, done = Background(threaded=True), threading.Event(), []
+    assert background.submit(lambda: 1 / 0 and None, lambda: done.append(0))  # type: ignore[func-returns-value]
+    assert background.submit(lambda: gate.wait(10.0) and None, lambda: done.append(1))
+    taken = [background.submit(lambda: None, lambda: done.append(2)) for _ in range(MOST + 2)]
+    assert taken == [True, True, False, False, False, False]
+    gate.set()
+    while len(done) < 4:
+        background.finish()
+    assert done == [0, 1, 2, 2]
+
+
+def test_a_mission_is_checked_apart_with_the_same_result() -> None:
+    assert apart(encode_mission(mission(2))) == ()
+    near = mission(2, 3.0)
+    assert apart(encode_mission(near)) == check(near).problems[:3] != ()
+
+
+@pytest.mark.parametrize(
+    ("key", "boat"),
+    [
+        ("fleet/sim/b1/alive", "b1"),
+        ("fleet/**", ""),
+        ("fleet/sim/**", ""),
+        ("fleet/sim/*/alive", ""),
+        ("fleet/sim/UPPER/alive", ""),
+        ("**", ""),
+        ("fleet/sim/a$*/alive", ""),
+        ("", ""),
+    ],
+)
+def test_a_key_that_is_nobodys_belongs_to_nobody(key: str, boat: str) -> None:
+    assert keys.boat_of(key) == boat
+    assert keys.operator_of(key.replace("/b1/", "/operator/b1/")) == boat

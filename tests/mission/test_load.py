@@ -16,7 +16,7 @@ from fleet.mission.load import decode, encode, examine, load, multiply, ready, t
 from fleet.mission.problem import Key
 from fleet.mission.toml_lines import key_lines
 
-READY = ("circuit", "comes-back", "late-joiner", "overtaking", "survey-column")
+READY = ("circuit", "comes-back", "late-joiner", "overtaking", "overtaking-circle", "survey-column")
 
 plain: Any = st.none() | st.booleans() | st.integers(-(2**60), 2**60) | st.floats() | st.text(max_size=8)
 trees = st.recursive(

@@ -82,13 +82,10 @@ def decide(block: Block[R], told: tuple[Message[R], ...], now: int, clean: bool,
     members = []
     if rules.formation:
         block.weights = tuple(
-            weigh(m, column, a, w, block.revision)
-            for (m, column, a), w in zip(all_three, block.weights, strict=True)
+            weigh(m, column, a, w, block.revision) for (m, column, a), w in zip(all_three, block.weights, strict=True)
         )
         members = [member(m, column, a, w) for (m, column, a), w in zip(all_three, block.weights, strict=True)]
-    block.state, d = step(
-        block.state, nav, members, peers, block.order, block.path, rules.method, rules.params, TICK_S
-    )
+    block.state, d = step(block.state, nav, members, peers, block.order, block.path, rules.method, rules.params, TICK_S)
     block.decision = d
     return Message(
         ops.full(nav.x, float(now)),

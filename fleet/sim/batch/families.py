@@ -12,7 +12,7 @@ from fleet.agent.modes import Goal
 from fleet.ops import FloatArray
 from fleet.paths import Path, straight
 from fleet.sim.batch.draws import Purpose, begin, uniform
-from fleet.sim.batch.scenarios import NEVER, Change, IntArray, Scenarios, assemble
+from fleet.sim.batch.scenarios import Change, IntArray, Scenarios, assemble
 
 MEET_S = 70.0  # before boats meet, and the same again after it
 APART_M = 20.0  # at the start
@@ -48,7 +48,9 @@ def cases_of(cases: int | IntArray) -> IntArray:
 def lines(x: FloatArray, y: FloatArray, c: FloatArray, s: FloatArray, long: float) -> tuple[tuple[Path, ...], IntArray]:
     """A straight path per boat from (x, y) along the unit vector (c, s); and their numbers (B, K)."""
     paths = []
-    for x0, y0, tx, ty in zip(x.ravel().tolist(), y.ravel().tolist(), c.ravel().tolist(), s.ravel().tolist(), strict=True):
+    for x0, y0, tx, ty in zip(
+        x.ravel().tolist(), y.ravel().tolist(), c.ravel().tolist(), s.ravel().tolist(), strict=True
+    ):
         paths.append(straight((x0, y0), (x0 + long * tx, y0 + long * ty)))
     return tuple(paths), np.arange(x.size).reshape(x.shape)
 
@@ -62,9 +64,7 @@ def _nearest(x: FloatArray, y: FloatArray) -> FloatArray:
     return least
 
 
-def crossing(
-    cases: int | IntArray, seed: int, boats: int = 8, family: str = "crossing", **given: Any
-) -> Scenarios:
+def crossing(cases: int | IntArray, seed: int, boats: int = 8, family: str = "crossing", **given: Any) -> Scenarios:
     """Straight paths of random heading and speed 0.7-1.5 m/s that meet near one point within 3 s."""
     case = cases_of(cases)
     shape = (len(case), boats)

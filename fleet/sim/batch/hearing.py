@@ -76,38 +76,35 @@ def peer(
     radius_m: float,
     clock_error_s: float,
 ) -> Peer[R]:
-    """The other boat as a vehicle to keep clear of, dead-reckoned; a silent one stands still where it may be nearest."""
+    """The other boat as a vehicle to keep clear of, dead-reckoned; a silent one stands where it may be nearest."""
     here = ops.where(message.stamp >= 0.0, column.avoided, 0.0)
     silent = aged.silent == 1.0
     x, y = message.x + message.vx * aged.age, message.y + message.vy * aged.age
-    if clock_error_s > 0.0:
-        widen = clock_error_s * ops.hypot(message.vx, message.vy)
-    else:
-        widen = ops.zero(x)
-    if not ops.some(silent):
-        known = ops.flag((message.mode >= FOLLOW) & (message.mode <= ALONE), x)
-        return _peer(message, column, here, x, y, message.vx, message.vy, known, message.u_d, message.straight, widen)
-    x, y, widen = ops.when(silent, _lost, (x, y, widen), message, aged, own_x, own_y, column.path, radius_m)
-    known = ops.flag(ops.no(silent) & (message.mode >= FOLLOW) & (message.mode <= ALONE), x)
-    return _peer(
-        message,
-        column,
+    widen = clock_error_s * ops.hypot(message.vx, message.vy) if clock_error_s > 0.0 else ops.zero(x)
+    vx, vy, u_d, straight = message.vx, message.vy, message.u_d, message.straight
+    known = (message.mode >= FOLLOW) & (message.mode <= ALONE)
+    if ops.some(silent):
+        x, y, widen = ops.when(silent, _lost, (x, y, widen), message, aged, own_x, own_y, column.path, radius_m)
+        vx, vy = ops.where(silent, 0.0, vx), ops.where(silent, 0.0, vy)
+        u_d, straight = ops.where(silent, 0.0, u_d), ops.where(silent, 0.0, straight)
+        known = known & ops.no(silent)
+    return Peer(
+        column.number,
         here,
         x,
         y,
-        ops.where(silent, 0.0, message.vx),
-        ops.where(silent, 0.0, message.vy),
-        known,
-        ops.where(silent, 0.0, message.u_d),
-        ops.where(silent, 0.0, message.straight),
+        vx,
+        vy,
+        ops.flag(known, x),
+        message.gx,
+        message.gy,
+        u_d,
+        message.tx,
+        message.ty,
+        straight,
+        message.sigma,
         widen,
     )
-
-
-def _peer(
-    m: Message[R], column: Column[R], here: R, x: R, y: R, vx: R, vy: R, known: R, u_d: R, straight: R, widen: R
-) -> Peer[R]:
-    return Peer(column.number, here, x, y, vx, vy, known, m.gx, m.gy, u_d, m.tx, m.ty, straight, m.sigma, widen)
 
 
 def _lost(

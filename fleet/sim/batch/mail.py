@@ -6,7 +6,7 @@ of floats.
 
 from __future__ import annotations
 
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +17,6 @@ from fleet.sim.batch.hearing import TICK_S, Message
 from fleet.sim.batch.scenarios import IntArray, Scenarios
 
 _FIELDS = len(Message.__struct_fields__)
-_U_D = Message.__struct_fields__.index("u_d")
-V = TypeVar("V")
 Told = list[tuple[Message[Any], ...]]
 """For each block of lanes, what is held of each other boat, by number."""
 
@@ -59,22 +57,23 @@ def is_clean(scenarios: Scenarios) -> bool:
 class BatchMail:
     """For arrays."""
 
-    def __init__(self, scenarios: Scenarios) -> None:
-        boats, cases = scenarios.boats, scenarios.count
+    def __init__(self, scenarios: Scenarios, rows: IntArray, slots: int) -> None:
+        """For some rows of the scenarios; slots: of the ring, one more than the longest delay of them all."""
+        boats, cases = scenarios.boats, len(rows)
         self._boats = boats
         self._others = others(boats)
-        self._delay = delay_ticks(scenarios.delay_s)
-        self._loss = scenarios.loss
+        delays = delay_ticks(scenarios.delay_s)
+        self._delay, self._loss = delays[rows], scenarios.loss[rows]
         self.clean = is_clean(scenarios)
-        self._same = bool((self._delay == self._delay[0]).all())
-        self._ring = np.zeros((int(self._delay.max()) + 1, _FIELDS, boats, cases))
+        self._same = bool((delays == delays[0]).all())
+        self._ring = np.zeros((slots, _FIELDS, boats, cases))
         self._held = np.zeros((_FIELDS, boats - 1, boats, cases))
         self._held[0] = -1.0
-        self._mute = mute_ticks(scenarios.mute_s).T[self._others]
+        self._mute = mute_ticks(scenarios.mute_s)[rows].T[self._others]
         receiver = np.arange(boats).reshape(1, boats, 1)
         self._hash: Words | None = None
-        if (self._loss > 0.0).any():
-            self._hash = begin(scenarios.seed, scenarios.case, self._others[:, :, None], receiver)
+        if (scenarios.loss > 0.0).any():
+            self._hash = begin(scenarios.seed, scenarios.case[rows], self._others[:, :, None], receiver)
 
     def keep(self, columns: IntArray) -> None:
         """Go on with some scenarios only."""
@@ -83,6 +82,16 @@ class BatchMail:
         self._mute = self._mute[..., columns]
         if self._hash is not None:
             self._hash = self._hash[..., columns]
+
+    def take_in(self, other: BatchMail) -> None:
+        """The scenarios of another chunk as well."""
+        self._delay = np.concatenate((self._delay, other._delay))
+        self._loss = np.concatenate((self._loss, other._loss))
+        self._ring = np.concatenate((self._ring, other._ring), axis=-1)
+        self._held = np.concatenate((self._held, other._held), axis=-1)
+        self._mute = np.concatenate((self._mute, other._mute), axis=-1)
+        if self._hash is not None and other._hash is not None:
+            self._hash = np.concatenate((self._hash, other._hash), axis=-1)
 
     def post(self, now: int, messages: list[Message[Any]]) -> None:
         """Into the ring."""
@@ -151,5 +160,3 @@ class LoneMail:
         if self._loss <= 0.0:
             return False
         return uniform(more(more(self._hash[receiver][column], sent), int(Purpose.LOSS))) < self._loss
-
-

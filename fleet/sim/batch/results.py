@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from msgspec import Struct
 
 from fleet.ops import FloatArray
-from fleet.sim.batch.hearing import TICK_S
 from fleet.sim.batch.scenarios import IntArray
 
 PER_BOAT = (
@@ -85,7 +84,8 @@ class Results(Struct, kw_only=True):
     @property
     def standstill(self) -> FloatArray:
         """(B,) 1 where a boat stood still without being told to, or did not get there in time."""
-        return np.maximum(self.stood.max(axis=1), self.unfinished)
+        stood: FloatArray = np.maximum(self.stood.max(axis=1), self.unfinished)
+        return stood
 
     @property
     def delay_s(self) -> FloatArray:
@@ -96,7 +96,8 @@ class Results(Struct, kw_only=True):
     @property
     def failed(self) -> IntArray:
         """Cases with a collision or a standstill."""
-        return self.case[(self.collided + self.standstill) > 0.0]
+        failed: IntArray = self.case[(self.collided + self.standstill) > 0.0]
+        return failed
 
     def summary(self) -> dict[str, object]:
         """The figures of a sweep."""
@@ -125,9 +126,8 @@ class Results(Struct, kw_only=True):
     def joined(cls, parts: Sequence[Self]) -> Self:
         """Of several sets with the same boats, one after the other; wall times added."""
         first = parts[0]
-        arrays = {
-            name: np.concatenate([getattr(part, name) for part in parts])
-            for name in ("case", *PER_SCENARIO, *PER_BOAT)
+        arrays: dict[str, Any] = {
+            name: np.concatenate([getattr(part, name) for part in parts]) for name in ("case", *PER_SCENARIO, *PER_BOAT)
         }
         return cls(
             family=first.family,
@@ -140,8 +140,3 @@ class Results(Struct, kw_only=True):
             wall_s=sum(part.wall_s for part in parts),
             **arrays,
         )
-
-
-def seconds(ticks: FloatArray) -> FloatArray:
-    """Ticks as seconds."""
-    return ticks * TICK_S

@@ -126,7 +126,7 @@ def assemble(
 
     cruise = boats(given.pop("cruise", 1.0))
     limits: Limits = given.get("limits", Limits())
-    defaults = {
+    defaults: dict[str, Any] = {
         "u": cruise,
         "s": 0.0,
         "cruise": cruise,
@@ -143,11 +143,11 @@ def assemble(
         "y": y,
         "psi": psi,
     }
-    per_boat = {name: boats(given.pop(name, value)) for name, value in defaults.items()}
+    per_boat: dict[str, Any] = {name: boats(given.pop(name, value)) for name, value in defaults.items()}
     nominal = (per_boat["goal_m"] - per_boat["s"]) / np.maximum(cruise, 1e-9)
     longest = np.where(np.isfinite(nominal), nominal, 0.0).max(axis=1)
     limit_s = rows(given.pop("limit_s", 3.0 * longest + 60.0))
-    per_scenario = {name: rows(given.pop(name, 0.0)) for name in PER_SCENARIO[1:]}
+    per_scenario: dict[str, Any] = {name: rows(given.pop(name, 0.0)) for name in PER_SCENARIO[1:]}
     numbers = np.array(np.broadcast_to(np.asarray(path, dtype=np.intp), shape))
     return Scenarios(
         family=family,

@@ -135,5 +135,3 @@ def formation_errors(z: Sequence[R], members: Sequence[R]) -> list[R]:
     for z_i, m in zip(z, members, strict=True):
         total, number = total + m * z_i, number + m
     return [m * ((total - m * z_i) / ops.maximum(number - 1.0, 1.0) - z_i) for z_i, m in zip(z, members, strict=True)]
-
-

@@ -15,8 +15,10 @@ from fleet.paths import polyline, sine
 from fleet.sim.batch import Scenarios, run
 from fleet.sim.batch.block import Rules
 from fleet.sim.batch.families import antipodal, crossing, lossy, swap, two_boat
+from fleet.sim.batch.lanes import BatchSea, table_of
+from fleet.sim.batch.lone import LoneSea
+from fleet.sim.batch.mail import delay_ticks
 from fleet.sim.batch.results import PER_BOAT, PER_SCENARIO
-from fleet.sim.batch.sea import BatchSea, LoneSea
 
 
 def rules_of(scenarios: Scenarios, method: str, **given: Any) -> Rules:
@@ -64,6 +66,11 @@ def lanes_of(sea: BatchSea | LoneSea, column: int) -> np.ndarray:
     return np.array(rows).T
 
 
+def batch_sea(scenarios: Scenarios, rules: Rules) -> BatchSea:
+    slots = int(delay_ticks(scenarios.delay_s).max()) + 1
+    return BatchSea(scenarios, rules, np.arange(scenarios.count), table_of(scenarios), slots)
+
+
 def changed(scenarios: Scenarios, **fields: Any) -> Scenarios:
     return msgspec.structs.replace(scenarios, **fields)
 
@@ -100,7 +107,7 @@ CASES = {
 def test_a_lone_scenario_decides_and_remembers_as_in_the_batch(name: str, method: str) -> None:
     scenarios, column, skipped = CASES[name]
     rules = rules_of(scenarios, method)
-    batch, lone = BatchSea(scenarios, rules), LoneSea(scenarios.part([column]), rules)
+    batch, lone = batch_sea(scenarios, rules), LoneSea(scenarios.part([column]), rules)
     avoided = 0.0
     for now in range(skipped + SEEN_TICKS if name != "eight" else 900):
         batch.tick(now)

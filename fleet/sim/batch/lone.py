@@ -1,0 +1,109 @@
+"""One scenario on floats: a block for each boat."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from msgspec import structs
+
+from fleet.agent.step import Order, start
+from fleet.hulls import HULLS, Water
+from fleet.ops import FloatArray
+from fleet.paths import Path
+from fleet.sim.batch import draws, tally
+from fleet.sim.batch.block import Block, Rules
+from fleet.sim.batch.hearing import TICK_S, Column
+from fleet.sim.batch.mail import LoneMail, others
+from fleet.sim.batch.scenarios import IntArray, Scenarios
+from fleet.sim.batch.sea import SHOWN, WATER, Counted, Sea, traced
+
+
+class LoneSea(Sea):
+    """The boats of one scenario, each a block of floats."""
+
+    def __init__(self, scenarios: Scenarios, rules: Rules) -> None:
+        super().__init__(scenarios, rules)
+        sc = scenarios
+        boats = sc.boats
+        self.mail = LoneMail(sc)
+        self._others: list[list[int]] = others(boats).T.tolist()
+        hull = HULLS[rules.hull]
+
+        def of(name: str) -> list[Any]:
+            values: list[Any] = getattr(sc, name)[0].tolist()
+            return values
+
+        paths: list[Path] = [sc.paths[k] for k in of("path")]
+        x, y, psi, u, s = of("x"), of("y"), of("psi"), of("u"), of("s")
+        goal, offset, cruise = of("goal"), of("offset"), of("cruise")
+        u_min, u_max, s_end = of("u_min"), of("u_max"), of("s_end")
+        self._member: list[float] = of("member")
+        avoids = of("avoids")
+        water = Water(*(float(getattr(sc, name)[0]) for name in WATER))
+        seed_case = draws.more(draws.more(0, sc.seed), int(sc.case[0]))
+        delay_s = float(sc.delay_s[0])
+        self.blocks = [
+            Block(
+                hull=hull.start(x[i], y[i], psi[i], u[i]),
+                state=start(0.0, s[i], rules.method.start(0.0, boats - 1)),
+                order=Order(goal[i], offset[i], cruise[i], u_min[i], u_max[i], sc.gain_per_m, s_end[i]),
+                water=water,
+                path=paths[i],
+                columns=tuple(
+                    Column(float(j), avoids[i], self._member[i] * self._member[j], offset[j], paths[j], delay_s)
+                    for j in self._others[i]
+                ),
+                weights=(0.0,) * (boats - 1),
+                revision=0.0,
+                error_n=0.0,
+                error_e=0.0,
+                hash=draws.more(draws.more(seed_case, i), i),
+            )
+            for i in range(boats)
+        ]
+        measure = float(np.ceil(sc.measure_s[0] / TICK_S - 1e-6))
+        self.tallies = [tally.begin(0.0, g, measure, s_i) for g, s_i in zip(of("goal_m"), s, strict=True)]
+        self.pairs = self._apart()
+        self._rows: IntArray = np.arange(1)
+
+    def _order(self, now: int) -> None:
+        for ticks, change in zip(self._ticks, self.scenarios.changes, strict=True):
+            if ticks[0] != now:
+                continue
+            goal, offset, cruise = change.goal[0].tolist(), change.offset[0].tolist(), change.cruise[0].tolist()
+            for i, block in enumerate(self.blocks):
+                block.order = structs.replace(block.order, goal=goal[i], offset=offset[i], cruise=cruise[i])
+                block.revision += 1.0
+                block.columns = tuple(
+                    structs.replace(column, offset=offset[j])
+                    for j, column in zip(self._others[i], block.columns, strict=True)
+                )
+
+    def _ranges(self) -> list[tuple[Any, Any]]:
+        hulls = [block.hull for block in self.blocks]
+        return [(b.x - a.x, b.y - a.y) for a, b in combinations(hulls, 2)]
+
+    def _errors(self) -> list[Any]:
+        z = [block.decision.s - block.order.offset for block in self.blocks if block.decision is not None]
+        return tally.formation_errors(z, self._member)
+
+    @property
+    def rows(self) -> IntArray:
+        """As `Sea.rows`."""
+        return self._rows
+
+    def seen(self) -> FloatArray:
+        """As `Sea.seen`."""
+        return np.array([traced(block) for block in self.blocks]).T[:, :, None]
+
+    def counted(self) -> Counted:
+        """As `Sea.counted`."""
+        fields = {name: np.array([[getattr(t, name) for t in self.tallies]]) for name in SHOWN}
+        least_sq = min((a.least_sq for a in self.pairs), default=np.inf)
+        return Counted(fields, np.array([least_sq]), np.array([max((a.inside for a in self.pairs), default=0.0)]))
+
+    def keep(self, columns: IntArray) -> None:
+        """As `Sea.keep`: the one, or none."""
+        self._rows = self._rows[columns]
