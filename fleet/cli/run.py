@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from fleet.recording.runs import Run
 
 app = typer.Typer(
-    help="Runs that were sailed: list, show, report, repair.", no_args_is_help=True, rich_markup_mode=None
+    help="Runs that were sailed: list, show, report, replay, repair.", no_args_is_help=True, rich_markup_mode=None
 )
 Which = Annotated[
     str, typer.Argument(metavar="RUN", help="A folder, its name or how it begins, a mission's name, or last.")
@@ -61,6 +61,25 @@ def _summary(run: Run) -> Summary:
     from fleet.analysis.metrics import summarise
 
     return summarise(run.folder)
+
+
+@app.command()
+def replay(run: Which = "last", json: Json = False, runs: Runs = None) -> None:
+    """Give what the boats recorded to their laws again, and say where they decide otherwise; exit code 1 if they do.
+
+    RUN may also be one boat's recording, a .mcap file.
+    """
+    from fleet.analysis.replay import replay as replay_run
+    from fleet.recording.runs import find
+
+    where = Path(run)
+    replayed = replay_run(where if where.suffix == ".mcap" and where.is_file() else find(runs, run).folder)
+    if json:
+        say.out_json(replayed.as_json())
+    else:
+        for line in replayed.lines():
+            say.out(line)
+    raise typer.Exit(replayed.exit_code)
 
 
 @app.command()

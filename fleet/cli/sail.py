@@ -18,7 +18,7 @@ from fleet.errors import FleetError, MissionError, UsageError
 if TYPE_CHECKING:
     from fleet.analysis.metrics import Summary
     from fleet.mission.model import Mission
-    from fleet.sim.sail import Options, Progress, Sailing
+    from fleet.sim.sail import Options, Progress, Sailing, Watcher
 
 SLOWEST, FASTEST = 0.1, 100.0
 HUB_PORT = 7447
@@ -44,6 +44,9 @@ def sim(
     record: Annotated[
         bool, typer.Option("--record/--no-record", help="Without a recording there are no figures and no checks.")
     ] = True,
+    lockstep: Annotated[
+        bool, typer.Option("--lockstep", help="One process, no clock: as fast as it goes, the same bits every time.")
+    ] = False,
     runs: Runs = None,
 ) -> None:
     """Sail a mission in simulation, with real agents.
@@ -53,13 +56,15 @@ def sim(
     """
     if not SLOWEST <= warp <= FASTEST:
         raise UsageError(f"--warp {warp:g}: expected {SLOWEST:g} to {FASTEST:g}")
+    if lockstep and (keep or warp != 1.0 or topology != "hub"):
+        raise UsageError("--lockstep has neither clock nor network: expected no --warp, --topology or --keep with it")
     overrides = [*(set_ or []), *([f"keeping_clear.method={method}"] if method is not None else [])]
     plan = read_mission(mission, overrides, boats)
     from fleet.sim.sail import Options
 
     port = HUB_PORT if keep and _free(HUB_PORT) else 0
     options = Options(warp=warp, seed=seed, topology=topology, record=record, keep=keep, hub_port=port, root=runs)
-    raise typer.Exit(_sail(plan, mission, options, json, picture))
+    raise typer.Exit(_sail(plan, mission, options, json, picture, lockstep))
 
 
 def read_mission(where: str, overrides: list[str], boats: int | None = None) -> Mission:
@@ -74,23 +79,23 @@ def read_mission(where: str, overrides: list[str], boats: int | None = None) -> 
     return plan
 
 
-def _sail(mission: Mission, name: str, options: Options, json: bool, picture: bool) -> int:
+def _sail(mission: Mission, name: str, options: Options, json: bool, picture: bool, lockstep: bool) -> int:
     """Sail; the exit code."""
     from fleet.cli.watch import watcher
-    from fleet.sim.sail import Sailing
 
     began, interrupted = time.monotonic(), False
     last: list[Progress] = []
     with _interruptible():
-        say.note(f"starting {options.topology}, world and {say.count(len(mission.boats), 'agent')} ...")
+        agents = say.count(len(mission.boats), "agent")
+        say.note(f"{agents} in lock-step ..." if lockstep else f"starting {options.topology}, world and {agents} ...")
         watch = watcher(options.warp)
 
         def look(progress: Progress) -> None:
             last[:] = [progress]
             watch(progress)
 
-        sailing = Sailing(mission, name, options, look)
-        if options.keep:
+        sailing = _sailing(mission, name, options, look, lockstep)
+        if not lockstep and options.keep:
             _tell_how_to_command(sailing)
         try:
             with watch:
@@ -108,6 +113,17 @@ def _sail(mission: Mission, name: str, options: Options, json: bool, picture: bo
     if interrupted:
         return INTERRUPTED
     return 0 if summary.passed else 1
+
+
+def _sailing(mission: Mission, name: str, options: Options, look: Watcher, lockstep: bool) -> Any:
+    """What sails it: real processes, or one in lock-step."""
+    if lockstep:
+        from fleet.sim.lockstep import LockstepSailing
+
+        return LockstepSailing(mission, name, options, look)
+    from fleet.sim.sail import Sailing
+
+    return Sailing(mission, name, options, look)
 
 
 @contextmanager

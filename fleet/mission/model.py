@@ -60,7 +60,7 @@ class Sine(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_fi
     start: Place
     end: Place
     amplitude_m: float
-    wavelength_m: Positive
+    wavelength_m: Annotated[float, Meta(ge=1.0)]
 
 
 class Through(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="kind", tag="through"):

@@ -13,6 +13,7 @@ from fleet.recording.topics import Truth
 from fleet.wire.messages import BoatState, BoatStatus, FleetEvent
 
 FIX_NS = 500_000_000
+LATEST_NS = 60_000_000_000  # ahead of the world's time
 
 
 class RunRecorder:
@@ -30,6 +31,7 @@ class RunRecorder:
     ) -> None:
         self._plan = plan
         self._offsets = {boat.name: boat.slot for boat in plan.boats}
+        self._now_ns = 0
         self.begins_ns = 1 << 62  # what was before the mission is not part of the run
         self._formation: dict[str, tuple[float, float]] = {}
         self._fixed_ns: dict[str, int] = {}
@@ -50,12 +52,13 @@ class RunRecorder:
         for boat, truth in truths.items():
             if truth.stamp_ns < self.begins_ns:
                 continue
+            self._now_ns = truth.stamp_ns
             self.recording.put(topics.truth_topic(boat), truth.stamp_ns, topics.encode(truth))
 
     def state(self, state: BoatState) -> None:
         """What a boat published; once a message."""
         boat = state.boat
-        if state.stamp_ns < self.begins_ns or self._seen.get(boat) == (state.epoch, state.seq):
+        if not self._believed(boat, state.stamp_ns) or self._seen.get(boat) == (state.epoch, state.seq):
             return
         self._seen[boat] = (state.epoch, state.seq)
         x, y = self._plan.plane.to_local(state.lat_deg, state.lon_deg)
@@ -89,8 +92,14 @@ class RunRecorder:
             fix = topics.location_fix(state.stamp_ns, boat, state.lat_deg, state.lon_deg, variance)
             self.recording.put(topics.fix_topic(boat), state.stamp_ns, fix)
 
+    def _believed(self, boat: str, stamp_ns: int) -> bool:
+        """Only boats of the mission, and only times that the world has seen: anybody may write on the bus."""
+        return boat in self._offsets and self.begins_ns <= stamp_ns <= self._now_ns + LATEST_NS
+
     def status(self, status: BoatStatus) -> None:
         """A boat's counters."""
+        if status.boat not in self._offsets:
+            return
         self._formation[status.boat] = (status.spacing_m, status.cruise_mps)
         message = topics.Status(
             stamp_ns=status.stamp_ns,
@@ -105,6 +114,8 @@ class RunRecorder:
 
     def event(self, event: FleetEvent) -> None:
         """Something that a boat told."""
+        if event.boat not in self._offsets:
+            return
         message = topics.Event(
             stamp_ns=event.stamp_ns, boat=event.boat, kind=event.kind, text=event.text, value=event.value
         )

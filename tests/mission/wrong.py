@@ -79,7 +79,7 @@ WRONG: tuple[tuple[str, str, str], ...] = (  # what stands there, what is writte
     ("end = [200.0, 0.0]", "end = [0.0, 0.0]", "paths.line (line 6): points 1 and 2 coincide at [0.00, 0.00] m; expected neighbours apart from each other"),
     ("end = [200.0, 0.0]", "end = { lat_deg = 8.93, lon_deg = 44.38 }", "paths.line.end = [8.93, 44.38] (line 9): 4644 km from the datum; at most 50 km; are latitude and longitude swapped?"),
     ('kind = "straight"', 'kind = "sine"\namplitude_m = 15.0\nwavelength_m = 30.0', "paths.line (line 6): bends with a radius of 1.5 m; b1 (and 1 more) needs 4.3 m (1.5 m/s at 0.35 rad/s)"),
-    ('kind = "straight"', 'kind = "sine"\namplitude_m = 15.0\nwavelength_m = 1e-6', "paths.line (line 6): about 12000000 km long; at most 100 km"),
+    ('kind = "straight"', 'kind = "sine"\namplitude_m = 15.0\nwavelength_m = 1e-6', "paths.line.wavelength_m = 1e-06 (line 9): expected a number of at least 1"),
     # boats
     ("slot = 0.0", "slot = 1.0", "boats[1].slot = 1 (line 20): b1 has this slot on path line"),
     (B2_START, "start = { }", "boats[1].start (line 21): expected position and heading_deg, or s_m on its path"),

@@ -15,6 +15,7 @@ from fleet.sim.batch.draws import Purpose, begin, uniform
 from fleet.sim.batch.scenarios import Change, IntArray, Scenarios, assemble
 
 MEET_S = 70.0  # before boats meet, and the same again after it
+NEAR_S, NEAR_M = 3.0, 3.0  # of the meeting point, each boat, either way: as many would collide as in the yardstick
 APART_M = 20.0  # at the start
 LONG_M = 3000.0
 
@@ -65,23 +66,27 @@ def _nearest(x: FloatArray, y: FloatArray) -> FloatArray:
 
 
 def crossing(cases: int | IntArray, seed: int, boats: int = 8, family: str = "crossing", **given: Any) -> Scenarios:
-    """Straight paths of random heading and speed 0.7-1.5 m/s that meet near one point within 3 s."""
+    """Straight paths of random heading and speed 0.7-1.5 m/s that meet near one point within 3 s and 3 m.
+
+    Without avoidance 65 % of the pairs would collide, least separation 1.8 m in the median.
+    """
     case = cases_of(cases)
     shape = (len(case), boats)
-    chi, speed, before = np.zeros(shape), np.ones(shape), np.zeros(shape)
+    chi, speed, x, y = np.zeros(shape), np.ones(shape), np.zeros(shape), np.zeros(shape)
     left = np.arange(len(case))
     for attempt in range(200):
         draw = Draw(seed, case[left], boats, attempt)
         new_chi = draw.per_boat(-np.pi, np.pi)
         new_speed = draw.per_boat(0.7, 1.5)
-        new_before = new_speed * (MEET_S + draw.per_boat(-1.5, 1.5))
+        before = new_speed * (MEET_S + draw.per_boat(-NEAR_S, NEAR_S))
+        aside = draw.per_boat(-NEAR_M, NEAR_M)
         s, c = ops.sincos(new_chi)
-        chi[left], speed[left], before[left] = new_chi, new_speed, new_before
-        left = left[_nearest(new_before * c, new_before * s) <= APART_M]
+        chi[left], speed[left] = new_chi, new_speed
+        x[left], y[left] = -before * c - aside * s, aside * c - before * s
+        left = left[_nearest(x[left], y[left]) <= APART_M]
         if not len(left):
             break
     s, c = ops.sincos(chi)
-    x, y = -before * c, -before * s
     goal_m = 2.0 * MEET_S * speed
     paths, path = lines(x, y, c, s, LONG_M)
     return assemble(family, seed, case, paths, path, x, y, chi, cruise=speed, goal_m=goal_m, **given)

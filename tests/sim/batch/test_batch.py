@@ -49,7 +49,7 @@ def test_a_case_is_the_same_however_many_are_drawn(family: str) -> None:
     assert [p.at(7.0) for p in one.paths] == [p.at(7.0) for p in only.paths]
     for name in ("x", "y", "psi", "u", "s", "cruise", "offset", "goal_m", "current_n", "limit_s"):
         assert np.array_equal(getattr(one, name), getattr(only, name)), name
-    assert not np.array_equal(many.x, FAMILIES[family](9, 6).x) or (family == "antipodal" and False)
+    assert not np.array_equal(many.x, FAMILIES[family](9, 6).x)
 
 
 def test_a_case_that_is_not_there_is_named() -> None:
@@ -68,7 +68,7 @@ def test_the_yardstick_in_small() -> None:
     assert 7.4 <= np.median(scoring.least_m) <= 7.8
     starboard = sailed(two_boat(60, 21), "circle", params=CircleParams(side="starboard"))
     assert starboard.collided.mean() <= 0.08
-    assert 4.3 <= np.median(starboard.least_m) <= 5.6
+    assert 4.6 <= np.median(starboard.least_m) <= 5.8
     assert starboard.standstill.sum() == 0
     deaf = two_boat(60, 21)
     nobody = sailed(structs.replace(deaf, avoids=np.zeros_like(deaf.avoids)), "circle")
@@ -155,8 +155,8 @@ def test_summary_names_the_cases_that_failed() -> None:
 
 
 REFERENCE = {
-    "scoring": "",
-    "circle": "",
+    "scoring": "7d781eaa8cb9d7d9",
+    "circle": "a91b69ccedea4afb",
 }
 """Digests of what two and three boats decide. A law that was changed on purpose changes them; nothing else may."""
 

@@ -79,7 +79,7 @@ def bent(scenarios: Scenarios) -> Scenarios:
     """The same starts, on a sine and on a circuit."""
     paths = (
         sine((-60.0, 0.0), (400.0, 0.0), 12.0, 90.0),
-        polyline([(-60.0, -20.0), (60.0, -20.0), (60.0, 30.0), (-60.0, 30.0)], 10.0, closed=True),
+        polyline([(-60.0, -20.0), (0.0, -20.0), (0.0, 30.0), (-60.0, 30.0)], 10.0, closed=True),
     )
     return changed(scenarios, paths=paths, path=np.broadcast_to(np.arange(scenarios.boats) % 2, scenarios.x.shape))
 
@@ -90,7 +90,7 @@ CASES = {
     "two, otter, current, noise": (
         two_boat(12, 4, hull="otter", current_n=0.2, current_e=-0.1, gnss_sigma_m=0.5, gnss_white_m=0.1), 7, 300
     ),
-    "three on curves": (bent(antipodal(8, 5, 3)), 2, 0),
+    "three on curves": (bent(antipodal(8, 5, 3, radius=20.0)), 2, 0),
     "eight": (crossing(6, 6, 8), 1, 500),
     "swap of three": (swap(6, 7, 3), 4, 0),
     "lossy column": (lossy(6, 8, 3, loss=np.array([0.0, 0.3, 0.5, 0.9, 0.95, 0.5]),
@@ -120,7 +120,7 @@ def test_a_lone_scenario_decides_and_remembers_as_in_the_batch(name: str, method
             assert one.shape == many.shape
             assert np.array_equal(one, many), (now, np.argwhere(one != many)[:5])
         avoided += float(sum(b.decision.avoiding for b in lone.blocks if b.decision is not None))
-    assert avoided > 0.0 or "swap" in name or "lossy column" in name
+    assert avoided > 0.0 or name in ("swap of three", "lossy column") or (name, method) == ("three on curves", "circle")
 
 
 @pytest.mark.parametrize("method", ["scoring", "circle"])
