@@ -1,4 +1,4 @@
-"""The paper's overtaking (Bibuli et al. 2014, Fig. 5/6) with real agents over real Zenoh, within its acceptance bands."""
+"""The overtaking of Bibuli et al. (2014), Fig. 5 and 6, with real agents over real Zenoh, within its bands."""
 
 from __future__ import annotations
 
