@@ -153,7 +153,7 @@ class Fleet:
 
     # -- the picture -----------------------------------------------------------------------------------------------
     def look(self, tap: Callable[[str, str, bytes], None] | None = None) -> dict[str, BoatView]:
-        """The boats, with what was heard since the last look; `tap` gets each message (what, boat, payload) as it is."""
+        """The boats, with what was heard since the last look; `tap` gets each message (what, boat, payload)."""
         for what, boat, payload in self._bus.heard():
             if tap is not None:
                 tap(what, boat, payload)
