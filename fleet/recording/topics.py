@@ -29,8 +29,8 @@ class Truth(Struct, frozen=True, kw_only=True, gc=False):
     x_m: Annotated[Real, Meta(description="north of the datum [m]")]
     y_m: Annotated[Real, Meta(description="east of the datum [m]")]
     psi_rad: Annotated[Real, Meta(description="heading, clockwise from north [rad]")]
-    u_mps: Annotated[Real, Meta(description="surge through the water, + ahead [m/s]")]
-    v_mps: Annotated[Real, Meta(description="sway through the water, + to starboard [m/s]")]
+    u_mps: Annotated[Real, Meta(description="surge over ground along the heading [m/s]")]
+    v_mps: Annotated[Real, Meta(description="sway over ground, + to starboard [m/s]")]
     r_radps: Annotated[Real, Meta(description="yaw rate, + to starboard [rad/s]")]
     vx_mps: Annotated[Real, Meta(description="speed over ground to the north [m/s]")]
     vy_mps: Annotated[Real, Meta(description="speed over ground to the east [m/s]")]
@@ -60,7 +60,7 @@ class State(Struct, frozen=True, kw_only=True):
     nearest: Annotated[str, Meta(description="name of the nearest other boat; empty: none known")] = ""
     nearest_m: Annotated[Real, Meta(description="distance to it between centres, as this boat believes [m]")] = None
     avoiding: Annotated[bool, Meta(description="keeping clear of somebody")] = False
-    side: Annotated[str, Meta(description="side it passes on: port, starboard, or empty")] = ""
+    side: Annotated[str, Meta(description="side the other is left on: port, starboard, or empty")] = ""
     mission_id: Annotated[str, Meta(description="mission it sails")] = ""
     revision: Annotated[int, Meta(description="formation revision in force")] = 0
 

@@ -16,7 +16,7 @@ from fleet.sim.batch.voyage import Voyage
 
 LANES = 4096  # of a chunk: its arrays of 32 KiB stay in the second-level cache
 AT_ONCE = 16  # chunks that sail side by side, so that their last scenarios can be put together
-FLOATS_BELOW = 10  # lanes; arrays and floats cost the same about there
+FLOATS_BELOW = 20  # lanes; arrays and floats cost the same about there
 
 
 def run(
