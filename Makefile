@@ -26,7 +26,8 @@ demo: $(READY)
 	$(BIN)/fleet sim overtaking --warp 6
 
 test: $(READY)
-	$(BIN)/python -m pytest -n 2 --dist loadgroup
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m 'not sails'
+	$(BIN)/python -m pytest -m sails  # real processes: one mission after the other, with the machine to itself
 
 lint: $(READY)
 	$(BIN)/ruff check .

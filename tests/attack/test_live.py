@@ -30,7 +30,6 @@ COUNT = int(os.environ.get("FLEET_ATTACK_COUNT", "10000"))
 END_S = ATTACK_S + LISTENS_S + COUNT / 1000.0
 pytestmark = [
     pytest.mark.sails,
-    pytest.mark.xdist_group("sails"),
     pytest.mark.timeout(180 + COUNT // 500),
 ]
 

@@ -158,7 +158,6 @@ def test_nothing_to_replay_is_said(tmp_path: Path, run_folder: Path) -> None:
 
 
 @pytest.mark.sails
-@pytest.mark.xdist_group("sails")
 def test_a_run_of_real_agents_replays_alike(tmp_path: Path) -> None:
     sailed = sail("overtaking", tmp_path, "duration_s=40", "timeline=[]", warp=8.0)
     found = replay(sailed.folder)

@@ -13,7 +13,7 @@ import pytest
 from fleet.sim.sail import Progress, Sailing
 from tests.sim.sailed import Sailed, sail
 
-pytestmark = [pytest.mark.sails, pytest.mark.xdist_group("sails")]
+pytestmark = pytest.mark.sails
 COLUMN = str(Path(__file__).with_name("column.toml"))
 SILENT = "a boat of the formation is silent"
 

@@ -223,7 +223,6 @@ def startup_s(processes: Sailed) -> float:
 
 
 @pytest.mark.sails
-@pytest.mark.xdist_group("sails")
 @pytest.mark.parametrize(("name", "warp", "bands"), [("overtaking", 8.0, BAND), ("comes-back", 12.0, WIDE)])
 def test_real_processes_and_lockstep_agree_within_the_band(
     name: str, warp: float, bands: dict[str, float], tmp_path: Path

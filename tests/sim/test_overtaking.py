@@ -8,7 +8,7 @@ import pytest
 
 from tests.sim.sailed import Sailed, sail
 
-pytestmark = [pytest.mark.sails, pytest.mark.xdist_group("sails")]
+pytestmark = pytest.mark.sails
 
 
 def formation_error_m(run: Sailed, after_change_s: float) -> float:
