@@ -13,6 +13,8 @@ from msgspec import Meta, Struct, field
 
 from fleet.agent.clock import ClockSpec
 from fleet.errors import ConfigError
+from fleet.mission.problem import texts
+from fleet.mission.structure import problems
 from fleet.wire.keys import valid_name
 from fleet.wire.zenoh_bus import LinkConfig
 
@@ -125,12 +127,15 @@ def load_config(
         merged = _merge(tree, layer)
         try:
             msgspec.convert(merged, AgentConfig)
-        except msgspec.ValidationError as error:
-            raise ConfigError(f"{origin}: {_words(error)}") from None
+        except msgspec.ValidationError:
+            found = texts(problems(merged, AgentConfig))
+            raise ConfigError("\n".join(f"{origin}: {text}" for text in found)) from None
         tree = merged
     config = msgspec.convert(tree, AgentConfig)
     if not config.boat:
         raise ConfigError("boat: no name given; expected --boat NAME, FLEET_BOAT or `boat = ` in the configuration")
+    valid_name("boat", config.boat)
+    valid_name("fleet", config.fleet)
     link = config.link
     if link.topology == "hub" and not link.connect:
         config = msgspec.structs.replace(config, link=msgspec.structs.replace(link, connect=("tcp/127.0.0.1:7447",)))
@@ -139,13 +144,7 @@ def load_config(
             f"link.topology {link.topology!r} with nothing to listen on or connect to reaches nobody; expected "
             "link.listen and link.connect such as tcp/10.0.0.5:7447, or --topology hub"
         )
-    valid_name("boat", config.boat)
-    valid_name("fleet", config.fleet)
     return config
-
-
-def _words(error: msgspec.ValidationError) -> str:
-    return str(error).replace("`$.", "`").replace("- at", "at")
 
 
 def _merge(a: dict[str, Any], b: dict[str, Any]) -> dict[str, Any]:

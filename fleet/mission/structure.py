@@ -178,6 +178,8 @@ def _expected(kind: shape.Type) -> str:
         return _expected(options[0]) if len(options) == 1 else PLACE
     if isinstance(kind, shape.FloatType):
         return f"expected a number{_bounds(kind)}"
+    if isinstance(kind, shape.IntType):
+        return f"expected a whole number{_bounds(kind)}"
     if isinstance(kind, shape.LiteralType):
         return f"expected one of {', '.join(str(v) for v in kind.values)}"
     if isinstance(kind, shape.StrType) and kind.pattern is not None:
@@ -187,7 +189,7 @@ def _expected(kind: shape.Type) -> str:
     return f"expected {KINDS.get(type(kind), 'something else')}"
 
 
-def _bounds(kind: shape.FloatType) -> str:
+def _bounds(kind: shape.FloatType | shape.IntType) -> str:
     """` above 0`, ` from 1 to 50`."""
     if kind.ge is not None and kind.le is not None:
         return f" from {kind.ge:g} to {kind.le:g}"
