@@ -210,38 +210,3 @@ def test_the_threaded_store_acknowledges_after_the_disk(tmp_path: Path) -> None:
     store.save_stops(("s1",), lambda: seen.append((tmp_path / "s" / "stops").read_bytes()))
     store.close()
     assert seen == [msgspec.msgpack.encode(("s1",))]
-
-
-def test_a_stop_of_the_whole_fleet_reaches_a_boat_that_was_cut_off_from_its_neighbours(tmp_path: Path) -> None:
-    sea = sailing(tmp_path)
-    sea.cut("b3")
-    sea.run(2.0)
-    sea.command("stop-now", command_id="all-s1")
-    assert sea.mode("b3") != Mode.NEUTRAL
-    sea.mend("b3")
-    sea.run(1.0)
-    assert sea.mode("b3") == Mode.NEUTRAL
-    assert on_disk(sea, "b3") == ("all-s1",)
-
-
-def test_a_released_stop_is_not_taken_again_from_a_boat_that_missed_its_release(tmp_path: Path) -> None:
-    sea = sailing(tmp_path)
-    sea.command("stop-now", command_id="all-s1")
-    sea.cut("b3")
-    sea.run(2.0)
-    sea.command("release", names=("all-s1",))
-    sea.mend("b3")
-    sea.run(2.0)
-    assert sea.mode("b3") == Mode.NEUTRAL
-    assert sea.mode("b1") == sea.mode("b2") == Mode.HOLD
-    sea.restart("b1")
-    sea.run(3.0)
-    assert sea.agent("b1").orders.stops == {}
-
-
-def test_a_stop_of_one_boat_stays_with_it(tmp_path: Path) -> None:
-    sea = sailing(tmp_path)
-    sea.command("stop-now", boats=("b2",), command_id="s1")
-    sea.run(2.0)
-    assert sea.mode("b2") == Mode.NEUTRAL
-    assert Mode.NEUTRAL not in (sea.mode("b1"), sea.mode("b3"))
