@@ -17,13 +17,21 @@ class UsageError(FleetError):
     exit_code = 2
 
 
-class MissionError(UsageError):
-    """A mission file that cannot be sailed; carries every problem, not the first."""
+class FileError(UsageError):
+    """A file that cannot be used; carries every problem, not the first."""
 
     def __init__(self, source: str, problems: tuple[str, ...]) -> None:
         self.source = source
         self.problems = problems
         super().__init__("\n".join(f"{source}: {problem}" for problem in problems))
+
+
+class MissionError(FileError):
+    """A mission file that cannot be sailed."""
+
+
+class FamilyError(FileError):
+    """A family file whose scenarios cannot be drawn."""
 
 
 class ConfigError(UsageError):

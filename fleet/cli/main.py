@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from fleet import __version__
-from fleet.cli import mission, orders, run, sail, say, station, status, words
+from fleet.cli import mission, orders, run, sail, say, station, status, sweep, words
 from fleet.errors import FleetError
 
 TRACE = "FLEET_TRACE"
@@ -51,6 +51,7 @@ status.add_to(app)
 station.add_to(app)
 app.add_typer(mission.app, name="mission")
 app.add_typer(run.app, name="run")
+app.add_typer(sweep.app, name="sweep")
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -31,7 +31,9 @@ def add_to(app: typer.Typer) -> None:
 
 
 def sim(
-    mission: Annotated[str, typer.Argument(metavar="MISSION", help="A file, or a ready mission: fleet mission list")],
+    mission: Annotated[
+        str | None, typer.Argument(metavar="MISSION", help="A file, or a ready mission: fleet mission list")
+    ] = None,
     boats: Annotated[int | None, typer.Option(metavar="N", help="Sail with N boats.")] = None,
     warp: Annotated[float, typer.Option(metavar="K", help="Run all clocks K times as fast, 0.1 to 100.")] = 1.0,
     seed: Annotated[int, typer.Option(metavar="N", help="Seed of noise and radio faults.")] = 0,
@@ -42,18 +44,34 @@ def sim(
     json: Json = False,
     picture: Annotated[bool, typer.Option("--picture/--no-picture", help="Draw picture.png and report.html.")] = True,
     record: Annotated[
-        bool, typer.Option("--record/--no-record", help="Without a recording there are no figures and no checks.")
-    ] = True,
+        Literal["full", "none"], typer.Option(help="Without a recording there are no figures and no checks.")
+    ] = "full",
     lockstep: Annotated[
         bool, typer.Option("--lockstep", help="One process, no clock: as fast as it goes, the same bits every time.")
     ] = False,
+    case: Annotated[
+        str | None,
+        typer.Option(metavar="FAMILY:CASE", help="Sail one case of a sweep alone, instead of a mission."),
+    ] = None,
     runs: Runs = None,
 ) -> None:
-    """Sail a mission in simulation, with real agents.
+    """Sail a mission in simulation, with real agents; or, with --case, one case of a sweep.
 
     Starts a hub, a world and one agent process a boat, and ends them all. Exit code 0 only if all checks of the
     mission hold, 1 otherwise.
     """
+    if case is not None:
+        given = {"MISSION": mission is not None, "--warp": warp != 1.0, "--seed": seed != 0, "--set": bool(set_),
+                 "--topology": topology != "hub", "--keep": keep, "--lockstep": lockstep}  # fmt: skip
+        wrong = [name for name, there in given.items() if there]
+        if wrong:
+            raise UsageError(f"--case {case} says all about what is sailed: expected no {', '.join(wrong)} with it")
+        from fleet.cli.case import sail_case
+
+        recorded = record == "full"
+        raise typer.Exit(sail_case(case, boats, method, json=json, picture=picture, record=recorded, runs=runs))
+    if mission is None:
+        raise UsageError("expected a MISSION (fleet mission list names the ready ones), or --case FAMILY:CASE")
     if not SLOWEST <= warp <= FASTEST:
         raise UsageError(f"--warp {warp:g}: expected {SLOWEST:g} to {FASTEST:g}")
     if lockstep and (keep or warp != 1.0 or topology != "hub"):
@@ -63,7 +81,9 @@ def sim(
     from fleet.sim.sail import Options
 
     port = HUB_PORT if keep and _free(HUB_PORT) else 0
-    options = Options(warp=warp, seed=seed, topology=topology, record=record, keep=keep, hub_port=port, root=runs)
+    options = Options(
+        warp=warp, seed=seed, topology=topology, record=record == "full", keep=keep, hub_port=port, root=runs
+    )
     raise typer.Exit(_sail(plan, mission, options, json, picture, lockstep))
 
 
@@ -85,7 +105,7 @@ def _sail(mission: Mission, name: str, options: Options, json: bool, picture: bo
 
     began, interrupted = time.monotonic(), False
     last: list[Progress] = []
-    with _interruptible():
+    with interruptible():
         agents = say.count(len(mission.boats), "agent")
         say.note(f"{agents} in lock-step ..." if lockstep else f"starting {options.topology}, world and {agents} ...")
         watch = watcher(options.warp)
@@ -127,7 +147,7 @@ def _sailing(mission: Mission, name: str, options: Options, look: Watcher, locks
 
 
 @contextmanager
-def _interruptible() -> Iterator[None]:
+def interruptible() -> Iterator[None]:
     """SIGINT, SIGTERM and SIGHUP interrupt once; while everything ends, further ones are ignored."""
     numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 

@@ -31,16 +31,17 @@ def out(text: str = "") -> None:
 
 def out_json(value: Any, indent: int | None = 2) -> None:
     """One JSON object, on one line when it is one of a stream; what is not finite is null."""
-    print(json.dumps(_finite(value), indent=indent, ensure_ascii=False), flush=True)
+    print(json.dumps(finite(value), indent=indent, ensure_ascii=False), flush=True)
 
 
-def _finite(value: Any) -> Any:
+def finite(value: Any) -> Any:
+    """The value, with null for what is not finite."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, dict):
-        return {key: _finite(one) for key, one in value.items()}
+        return {key: finite(one) for key, one in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(one) for one in value]
+        return [finite(one) for one in value]
     return value
 
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import re
 import tomllib
 from collections.abc import Sequence
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -17,13 +15,12 @@ from fleet.mission.check import Findings, check
 from fleet.mission.model import Mission
 from fleet.mission.multiply import multiply
 from fleet.mission.overrides import apply
-from fleet.mission.problem import Key, hint, texts
+from fleet.mission.problem import Key, texts
 from fleet.mission.structure import problems
+from fleet.mission.toml_file import parse, ready_files, text_at
 from fleet.mission.toml_lines import key_lines
 
 __all__ = ["Source", "decode", "encode", "examine", "load", "multiply", "read", "ready", "text_of"]
-
-LARGEST = 1_000_000  # bytes of a mission file; a mission of 100 boats has 20 kB
 
 
 class Source(Struct, frozen=True):
@@ -67,38 +64,19 @@ def examine(where: str | Path, overrides: Sequence[str] = (), boats: int | None 
 def read(where: str | Path) -> Source:
     """The tree of values in a mission file, with the line of each."""
     text = text_of(where)
-    try:
-        tree = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise MissionError(str(where), (_syntax(str(error), text),)) from None
-    except RecursionError:
-        raise MissionError(str(where), ("nested too deep",)) from None
+    tree = parse(text, str(where), MissionError)
     return Source(name=str(where), tree=tree, lines=key_lines(text))
 
 
 def text_of(where: str | Path) -> str:
     """The text of a mission file, or of a ready mission: something to copy and change."""
-    name = str(where)
-    known = _ready_files()
-    if name in known:
-        return str(known[name].read_text(encoding="utf-8"))
-    try:
-        content = Path(where).read_bytes()
-    except (OSError, ValueError) as error:
-        raise MissionError(name, (_unreadable(error, name, list(known)),)) from None
-    if len(content) > LARGEST:
-        raise MissionError(name, (f"{len(content)} bytes: expected at most {LARGEST}",))
-    try:
-        return content.decode("utf-8-sig").replace("\r\n", "\n")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise MissionError(name, (f"line {line}: byte {content[error.start]:#04x} is not UTF-8 text",)) from None
+    return text_at(where, ready_files("fleet.mission", "ready"), "mission", MissionError)
 
 
 def ready() -> dict[str, str]:
     """Names of the missions that come with fleet, with their titles."""
-    titles = {name: tomllib.loads(file.read_text(encoding="utf-8"))["title"] for name, file in _ready_files().items()}
-    return dict(sorted(titles.items()))
+    known = ready_files("fleet.mission", "ready")
+    return {name: tomllib.loads(known[name].read_text(encoding="utf-8"))["title"] for name in sorted(known)}
 
 
 def encode(mission: Mission) -> bytes:
@@ -127,27 +105,3 @@ def _convert(tree: Any, name: str) -> Mission:
         return msgspec.convert(tree, Mission)
     except (msgspec.ValidationError, OverflowError) as error:  # something that `problems` does not know
         raise MissionError(name, (str(error),)) from None
-
-
-def _ready_files() -> dict[str, Any]:
-    """Files of the ready missions by name."""
-    folder = resources.files("fleet.mission") / "ready"
-    return {file.name.removesuffix(".toml"): file for file in folder.iterdir() if file.name.endswith(".toml")}
-
-
-def _unreadable(error: Exception, name: str, known: list[str]) -> str:
-    """Why a file cannot be read, and what may have been meant."""
-    if isinstance(error, FileNotFoundError):
-        return f"neither a file nor a ready mission{hint(name, sorted(known))}"
-    return f"cannot be read: {getattr(error, 'strerror', None) or error}"
-
-
-def _syntax(message: str, text: str) -> str:
-    """tomllib's message with the place in front, and the line as it stands."""
-    found = re.fullmatch(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", message, re.DOTALL)
-    if found is None:
-        return message
-    if found[2] is None:
-        return f"end of file: {found[1]}"
-    written = text.split("\n")[int(found[2]) - 1].strip()
-    return f"line {found[2]}, column {found[3]}: {found[1]}, in: {written[:60]}"

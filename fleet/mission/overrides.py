@@ -23,7 +23,7 @@ def apply(tree: dict[str, Any], overrides: Sequence[str]) -> tuple[list[Key], li
         if not sign or not all(parts):
             problems.append(Problem(("--set",), "expected dotted.key=value", override))
             continue
-        outcome = _put(tree, parts, _value(value))
+        outcome = put(tree, parts, _value(value))
         if isinstance(outcome, Problem):
             problems.append(outcome)
         else:
@@ -41,7 +41,7 @@ def _value(text: str) -> Any:
     return text.strip()
 
 
-def _put(tree: dict[str, Any], parts: list[str], value: Any) -> Key | Problem:
+def put(tree: dict[str, Any], parts: list[str], value: Any) -> Key | Problem:
     """Set one value; its key, or what was in the way. Tables that are not there yet are made."""
     here: Any = tree
     key: Key = ()

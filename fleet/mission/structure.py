@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Any, TypeVar
 
 import msgspec
@@ -30,7 +31,13 @@ DEEPEST = 12  # levels of nesting; a mission has six
 
 def problems(value: Any, kind: type, where: Key = ()) -> tuple[Problem, ...]:
     """Everything in `value` that does not fit `kind`, a msgspec type."""
-    return tuple(_walk(value, shape.type_info(kind), where))
+    return tuple(_walk(value, _shape_of(kind), where))
+
+
+@lru_cache
+def _shape_of(kind: Any) -> shape.Type:
+    """What msgspec knows of a type; asked once."""
+    return shape.type_info(kind)
 
 
 def convert(value: Any, kind: type[T], source: str) -> T:
@@ -68,12 +75,18 @@ def _union(value: Any, kind: shape.UnionType, where: Key) -> Iterator[Problem]:
     if value is None and len(options) < len(kind.types):
         return
     tables = [option for option in options if isinstance(option, shape.StructType)]
+    numbers = [option for option in options if isinstance(option, shape.FloatType)]
+    words = [option for option in options if isinstance(option, shape.StrType)]
     if len(options) == 1:
         yield from _walk(value, options[0], where)
+    elif words and isinstance(value, str):
+        yield from _walk(value, words[0], where)
     elif tables and tables[0].tag_field is not None:
         yield from _tagged(value, tables, tables[0].tag_field, where)
-    elif isinstance(value, dict):
+    elif isinstance(value, dict) and tables:
         yield from _walk(value, tables[0], where)
+    elif numbers:
+        yield from _walk(value, numbers[0], where)
     elif isinstance(value, list | tuple) and len(value) == 2:
         yield from (p for option in options if option not in tables for p in _walk(value, option, where))
     else:
@@ -146,6 +159,8 @@ def _leaf(value: Any, kind: shape.Type) -> str | None:
     fits = False
     if isinstance(kind, shape.FloatType):
         fits = isinstance(value, int | float) and not isinstance(value, bool) and _within(value, kind)
+    elif isinstance(kind, shape.IntType):
+        fits = isinstance(value, int) and not isinstance(value, bool) and _within(value, kind)
     elif isinstance(kind, shape.StrType):
         fits = isinstance(value, str) and _length_fits(value, kind) and bool(re.search(kind.pattern or "", value))
     elif isinstance(kind, shape.BoolType):
@@ -160,7 +175,7 @@ def _length_fits(value: str, kind: shape.StrType) -> bool:
     return (kind.min_length or 0) <= len(value) <= (kind.max_length or math.inf)
 
 
-def _within(value: float, kind: shape.FloatType) -> bool:
+def _within(value: float, kind: shape.FloatType | shape.IntType) -> bool:
     """Whether a number is finite and within its bounds."""
     return (
         abs(value) <= 1e300  # whole numbers of TOML have no end
@@ -175,7 +190,8 @@ def _expected(kind: shape.Type) -> str:
     """What stands here in a right mission."""
     if isinstance(kind, shape.UnionType):
         options = [option for option in kind.types if not isinstance(option, shape.NoneType)]
-        return _expected(options[0]) if len(options) == 1 else PLACE
+        numbers = [option for option in options if isinstance(option, shape.FloatType)]
+        return _expected(numbers[0] if numbers else options[0]) if numbers or len(options) == 1 else PLACE
     if isinstance(kind, shape.FloatType):
         return f"expected a number{_bounds(kind)}"
     if isinstance(kind, shape.IntType):
@@ -192,7 +208,7 @@ def _expected(kind: shape.Type) -> str:
 def _bounds(kind: shape.FloatType | shape.IntType) -> str:
     """` above 0`, ` from 1 to 50`."""
     if kind.ge is not None and kind.le is not None:
-        return f" from {kind.ge:g} to {kind.le:g}"
+        return f" from {kind.ge:.12g} to {kind.le:.12g}"
     if kind.gt is not None:
         return f" above {kind.gt:g}"
     return f" of at least {kind.ge:g}" if kind.ge is not None else ""

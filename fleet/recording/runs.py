@@ -22,6 +22,7 @@ from fleet.recording.disk import in_words, parts
 
 _NAME = re.compile(r"^(\d{8}T\d{6}Z)-([a-z0-9-]+)$")
 ROOT_VARIABLE = "FLEET_RUNS"
+OTHERS = ("sweep.json", "case.json")  # in folders that are not runs of a mission
 
 
 class Run(Struct, frozen=True):
@@ -91,7 +92,12 @@ def new_run(root: Path | str | None, mission_name: str, now: datetime | None = N
 
 
 def list_runs(root: Path | str | None = None) -> list[Run]:
-    """Runs below `root`, oldest first."""
+    """Runs of missions below `root`, oldest first."""
+    return [run for run in list_folders(root) if not any((run.folder / one).exists() for one in OTHERS)]
+
+
+def list_folders(root: Path | str | None = None) -> list[Run]:
+    """All that `new_run` made below `root`, sweeps too, oldest first."""
     base = Path(root) if root is not None else default_root()
     if not base.is_dir():
         return []

@@ -45,7 +45,7 @@ def test_a_check_that_does_not_hold_is_exit_code_1_and_said(tmp_path: Path) -> N
 
 def test_without_a_recording_nothing_is_judged(tmp_path: Path) -> None:
     short = ("--warp", "50", "--set", "duration_s=10", "--set", "timeline=[]")
-    ended = fleet("sim", "overtaking", *short, "--no-record", "--json", "--runs", str(tmp_path))
+    ended = fleet("sim", "overtaking", *short, "--record", "none", "--json", "--runs", str(tmp_path))
     summary = json.loads(ended.stdout)
     assert ended.returncode == 1
     assert summary["passed"] is False

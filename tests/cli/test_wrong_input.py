@@ -13,7 +13,7 @@ NOBODY = "tcp/127.0.0.1:1"
 WRONG: list[tuple[list[str], int, str]] = [
     (["sail"], 2, "No such command 'sail'."),
     (["statsu"], 2, "No such command 'statsu'. Did you mean 'status'?"),
-    (["sim"], 2, "Missing argument 'MISSION'."),
+    (["sim"], 2, "error: expected a MISSION (fleet mission list names the ready ones), or --case"),
     (["sim", "overtakin"], 2, 'error: overtakin: neither a file nor a ready mission; did you mean "overtaking"?'),
     (["sim", "overtaking", "--warp", "0"], 2, "error: --warp 0: expected 0.1 to 100"),
     (["sim", "overtaking", "--warp", "101"], 2, "error: --warp 101: expected 0.1 to 100"),
