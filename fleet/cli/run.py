@@ -21,6 +21,12 @@ app = typer.Typer(
 Which = Annotated[
     str, typer.Argument(metavar="RUN", help="A folder, its name or how it begins, a mission's name, or last.")
 ]
+Lanes = Annotated[
+    int,
+    typer.Option(
+        metavar="N", min=0, max=100_000, help="Decide every tick as one lane of a batch of N, too.", show_default=False
+    ),
+]
 REPAIRED = "repaired"
 
 
@@ -64,7 +70,7 @@ def _summary(run: Run) -> Summary:
 
 
 @app.command()
-def replay(run: Which = "last", json: Json = False, runs: Runs = None) -> None:
+def replay(run: Which = "last", lanes: Lanes = 0, json: Json = False, runs: Runs = None) -> None:
     """Give what the boats recorded to their laws again, and say where they decide otherwise; exit code 1 if they do.
 
     RUN may also be one boat's recording, a .mcap file.
@@ -73,7 +79,7 @@ def replay(run: Which = "last", json: Json = False, runs: Runs = None) -> None:
     from fleet.recording.runs import find
 
     where = Path(run)
-    replayed = replay_run(where if where.suffix == ".mcap" and where.is_file() else find(runs, run).folder)
+    replayed = replay_run(where if where.suffix == ".mcap" else find(runs, run).folder, lanes)
     if json:
         say.out_json(replayed.as_json())
     else:

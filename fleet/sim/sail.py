@@ -110,14 +110,14 @@ class Sailing:
             self._show("starting")
         lead = lead_s(self._options.warp)
         launched_ns = self._clock.now_ns()
+        self.start_ns = launched_ns + int(lead * 1e9)
+        self._recorder.begins_ns = self.start_ns
+        self._truth.send(_encode(Begin(self.start_ns)))  # before the launch, which waits for boats that start late
         outcome = fleet.launch(self._mission, apply_in_s=lead)
         self._told(outcome)
         refused = [f"{boat}: {why}" for boat, why in outcome.refused.items() if boat in present]
         if refused:
             raise FleetError("launch refused by " + "; ".join(refused))
-        self.start_ns = launched_ns + int(lead * 1e9)
-        self._recorder.begins_ns = self.start_ns
-        self._truth.send(_encode(Begin(self.start_ns)))
 
     # -- under way -------------------------------------------------------------------------------------------------
     def _follow(self, fleet: Fleet) -> None:
@@ -151,7 +151,7 @@ class Sailing:
             return
         for boat in boats:
             self._break(event, boat)
-            self._recorder.happened(self._clock.now_ns(), event.do, f"{event.do} {boat}", boat, event.value or 0.0)
+            self._recorder.happened(self._clock.now_ns(), event.do, f"{event.do} {boat}", boat, event.number)
 
     def _break(self, event: Event, boat: str) -> None:
         processes = self.processes
@@ -164,7 +164,7 @@ class Sailing:
         elif event.do == "thaw":
             processes.signal(boat, signal.SIGCONT)
         else:
-            self._truth.send(_encode(Trouble(boat, event.do, event.value or 0.0)))
+            self._truth.send(_encode(Trouble(boat, event.do, event.number)))
 
     def _told(self, outcome: Outcome) -> None:
         self._recorder.command(self._clock.now_ns(), outcome)
@@ -175,7 +175,8 @@ class Sailing:
         """Record what the world and the boats said."""
         with contextlib.suppress(BlockingIOError, ConnectionRefusedError):
             while True:
-                self._recorder.truth(_decode_truth(self._truth.recv(65535)).truths)
+                told = _decode_truth(self._truth.recv(65535))
+                self._recorder.truth(told.truths, told.traffic)
         fleet.look(self._take)
 
     def _take(self, what: str, boat: str, payload: bytes) -> None:

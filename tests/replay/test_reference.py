@@ -11,7 +11,9 @@ import pytest
 
 from fleet import coordination, ops
 from fleet.agent import step as step_module
-from fleet.sim.lockstep_reference import CASES, accept, compare, lines, sail
+from fleet.avoidance import scoring
+from fleet.avoidance.params import ScoringParams
+from fleet.sim.lockstep_reference import CASES, accept, compare, lines, sail, unlike_numbers
 
 FOLDER = Path(__file__).with_name("reference")
 
@@ -19,6 +21,21 @@ FOLDER = Path(__file__).with_name("reference")
 def test_the_laws_decide_as_they_did_when_they_were_accepted() -> None:
     found = compare(FOLDER)
     assert all(one.same for one in found.values()), "\n".join(lines(found))
+
+
+def test_the_numbers_inside_of_the_laws_are_those_that_were_accepted() -> None:
+    assert unlike_numbers(FOLDER) == []
+
+
+def test_a_price_re_associated_is_found_although_every_boat_decides_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    def total(own: float, worst: float, crowd: float, hardest: float, wrong: float, p: ScoringParams) -> float:
+        """30 (a + b) is now 30 a + 30 b."""
+        rest = p.crowd * crowd + p.hard * hardest
+        return own + ((p.collision * worst + p.collision * rest) + p.wrong_side * wrong)
+
+    monkeypatch.setattr(scoring, "total", total)
+    assert all(one.same for one in compare(FOLDER).values())
+    assert "fleet.avoidance.scoring._plan" in unlike_numbers(FOLDER)
 
 
 def test_reference_runs_are_small() -> None:

@@ -10,7 +10,8 @@ import pytest
 from msgspec.structs import replace
 
 from fleet.agent.report import Laid
-from fleet.analysis.replay import Difference, replay
+from fleet.analysis.replay import replay
+from fleet.analysis.replayed import Difference
 from fleet.errors import RecordingError
 from fleet.mission.load import load
 from fleet.mission.model import Event
@@ -155,6 +156,8 @@ def test_nothing_to_replay_is_said(tmp_path: Path, run_folder: Path) -> None:
         replay(tmp_path)
     with pytest.raises(RecordingError, match="no inputs of a boat"):
         replay(run_folder / "run.mcap")
+    with pytest.raises(RecordingError, match=r"missing\.mcap: no such file"):
+        replay(tmp_path / "missing.mcap")
 
 
 @pytest.mark.sails
