@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from bench.batch_rows import batch_rows, lockstep_rows
 from bench.fleet_rows import fleet_rows, tick_rows
 from bench.link_rows import link_rows
 from bench.start_rows import agent_rows, help_rows
@@ -20,6 +21,8 @@ from bench.timing import REFERENCE_US, calibration, timed
 ROWS: dict[str, Callable[[Table, bool], None]] = {
     "step": step_rows,
     "codec": codec_rows,
+    "batch": batch_rows,
+    "lockstep": lockstep_rows,
     "help": help_rows,
     "agent": agent_rows,
     "link": link_rows,

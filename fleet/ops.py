@@ -72,24 +72,22 @@ def where(cond: Any, a: Any, b: Any) -> Any:
         return a
     if cond is False:
         return b
-    import numpy as np
+    import fleet.ops_lanes as lanes  # `from fleet import` would take 0.4 us more in every call
 
-    return np.where(cond, a, b)
+    return lanes.where(cond, a, b)
 
 
 @overload
 def flag(cond: bool, like: float) -> float: ...
 @overload
 def flag(cond: BoolArray, like: FloatArray) -> FloatArray: ...
-def flag(cond: Any, like: Any) -> Any:  # noqa: ARG001 - `like` tells the checker which R
+def flag(cond: Any, like: Any) -> Any:
     """1.0 where cond holds, else 0.0: how flags and latches are kept."""
     if cond is True:
-        return 1.0
+        return 1.0 if type(like) is float else full(like, 1.0)
     if cond is False:
-        return 0.0
-    import numpy as np
-
-    return np.where(cond, 1.0, 0.0)
+        return 0.0 if type(like) is float else zero(like)
+    return cond.astype(float)
 
 
 @overload
@@ -105,11 +103,11 @@ def minimum(a: Any, b: Any) -> Any:
         return b
     if cond is False:
         return a
-    import numpy as np
+    import fleet.ops_lanes as lanes
 
     if type(b) is float and b != 0.0:  # zeros of either sign are equal, and processors differ in which one they take
-        return np.minimum(a, b)
-    return np.where(cond, b, a)
+        return lanes.minimum(a, b)
+    return lanes.where(cond, b, a)
 
 
 @overload
@@ -125,11 +123,37 @@ def maximum(a: Any, b: Any) -> Any:
         return b
     if cond is False:
         return a
-    import numpy as np
+    import fleet.ops_lanes as lanes
 
     if type(b) is float and b != 0.0:
-        return np.maximum(a, b)
-    return np.where(cond, b, a)
+        return lanes.maximum(a, b)
+    return lanes.where(cond, b, a)
+
+
+@overload
+def lesser(a: float, b: float) -> float: ...
+@overload
+def lesser(a: FloatArray, b: FloatArray) -> FloatArray: ...
+def lesser(a: Any, b: Any) -> Any:
+    """The smaller one of two numbers that are neither NaN nor -0.0, as squares are: a fifth of what `minimum` costs."""
+    if type(a) is float:
+        return b if b < a else a
+    import numpy as np
+
+    return np.minimum(a, b)
+
+
+@overload
+def greater(a: float, b: float) -> float: ...
+@overload
+def greater(a: FloatArray, b: FloatArray) -> FloatArray: ...
+def greater(a: Any, b: Any) -> Any:
+    """The larger one of two numbers that are neither NaN nor -0.0."""
+    if type(a) is float:
+        return b if b > a else a
+    import numpy as np
+
+    return np.maximum(a, b)
 
 
 @overload
@@ -138,6 +162,13 @@ def clip(x: float, low: float, high: float) -> float: ...
 def clip(x: FloatArray, low: FloatArray | float, high: FloatArray | float) -> FloatArray: ...
 def clip(x: Any, low: Any, high: Any) -> Any:
     """x held within [low, high]; a NaN stays."""
+    if type(x) is float:  # `minimum(maximum(x, low), high)`, without the calls
+        x = low if low > x else x
+        return high if high < x else x
+    if type(low) is float and type(high) is float and low != 0.0 != high:
+        import numpy as np
+
+        return np.minimum(np.maximum(x, low), high)
     return minimum(maximum(x, low), high)
 
 
@@ -156,7 +187,8 @@ def sqrt(x: Any) -> Any:
 
 def hypot(x: R, y: R) -> R:
     """Length of (x, y)."""
-    return sqrt(x * x + y * y)
+    square = x * x + y * y
+    return math.sqrt(square) if type(square) is float else sqrt(square)
 
 
 @overload
@@ -167,9 +199,9 @@ def zero(like: Any) -> Any:
     """0.0, or an array of zeros like `like`: the start of a fold."""
     if type(like) is float:
         return 0.0
-    import numpy as np
+    import fleet.ops_lanes as lanes
 
-    return np.zeros_like(like)
+    return lanes.full(like.shape, 0.0)
 
 
 @overload
@@ -180,9 +212,9 @@ def full(like: Any, value: float) -> Any:
     """`value`, or an array of it like `like`."""
     if type(like) is float:
         return value
-    import numpy as np
+    import fleet.ops_lanes as lanes
 
-    return np.full_like(like, value)
+    return lanes.full(like.shape, value)
 
 
 def floor(x: R) -> R:
@@ -204,14 +236,18 @@ def every(cond: Bool) -> bool:
     """True where the condition holds in every lane."""
     if cond is True or cond is False:
         return cond
-    return bool(cond.all())
+    import numpy as np
+
+    return bool(np.count_nonzero(cond) == cond.size)  # a third of what `all` costs
 
 
 def some(cond: Bool) -> bool:
     """True where the condition holds in at least one lane."""
     if cond is True or cond is False:
         return cond
-    return bool(cond.any())
+    import numpy as np
+
+    return bool(np.count_nonzero(cond))
 
 
 @overload
@@ -224,15 +260,26 @@ def no(cond: Any) -> Any:
 
 
 @overload
+def settled(cond: bool, expected: bool) -> bool: ...
+@overload
+def settled(cond: BoolArray, expected: bool) -> BoolArray: ...
+def settled(cond: Any, expected: bool) -> Any:
+    """The same condition, as one bool where every lane is as expected: whatever hangs on it then costs nothing."""
+    if cond is True or cond is False:
+        return cond
+    return expected if (every(cond) if expected else not some(cond)) else cond
+
+
+@overload
 def sincos(x: float) -> tuple[float, float]: ...
 @overload
 def sincos(x: FloatArray) -> tuple[FloatArray, FloatArray]: ...
 def sincos(x: Any) -> Any:
     """Sine and cosine of x [rad]; error below 3e-16 for |x| < 1e5."""
     if type(x) is not float and getattr(x, "ndim", None):
-        from fleet import ops_lanes
+        import fleet.ops_lanes as lanes
 
-        return ops_lanes.sincos(x)
+        return lanes.sincos(x)
     n = (x * _TWO_OVER_PI + BIG) - BIG
     r = ((x - n * _P1) - n * _P2) - n * _P3
     z = r * r
@@ -259,9 +306,9 @@ def atan2(y: Any, x: Any) -> Any:
     a, b = abs(y), abs(x)
     steep = a > b
     if steep is not True and steep is not False and steep.ndim:
-        from fleet import ops_lanes
+        import fleet.ops_lanes as lanes
 
-        return ops_lanes.atan2(y, x)
+        return lanes.atan2(y, x)
     top, bottom = (b, a) if steep else (a, b)
     t = top / (1.0 if bottom <= 0.0 else bottom)  # a NaN stays
     k = (t * 4.0 + BIG) - BIG
@@ -290,9 +337,9 @@ def tanh(x: FloatArray) -> FloatArray: ...
 def tanh(x: Any) -> Any:
     """Hyperbolic tangent; error below 4e-16."""
     if type(x) is not float and getattr(x, "ndim", None):
-        from fleet import ops_lanes
+        import fleet.ops_lanes as lanes
 
-        return ops_lanes.tanh(x)
+        return lanes.tanh(x)
     y = minimum(abs(x), 22.0) * -2.0
     k = (y * _LOG2E + BIG) - BIG
     r = (y - k * _LN2_HIGH) - k * _LN2_LOW

@@ -7,6 +7,7 @@ numpy takes faster than floats.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,8 @@ from fleet import ops
 
 Floats = NDArray[np.float64]
 _mul, _add, _sub = np.multiply, np.add, np.subtract
+_and, _xor = np.bitwise_and, np.bitwise_xor
+minimum, maximum = np.minimum, np.maximum
 
 
 def _constants(*values: float) -> tuple[Any, ...]:
@@ -24,6 +27,7 @@ def _constants(*values: float) -> tuple[Any, ...]:
 
 
 _ONE, _QUARTER, _FOUR, _BIG = _constants(1.0, 0.25, 4.0, ops.BIG)
+_LAST, _NEXT, _SIGN = (np.array(value, dtype=np.int64) for value in (1, 2, 62))
 _HALF_PI, _PI = _constants(ops.PI / 2.0, ops.PI)
 _PER, _P1, _P2, _P3 = _constants(ops._TWO_OVER_PI, ops._P1, ops._P2, ops._P3)
 _LOG2E, _LN2_HIGH, _LN2_LOW = _constants(ops._LOG2E, ops._LN2_HIGH, ops._LN2_LOW)
@@ -36,6 +40,26 @@ _EXP = _constants(
     ops._E13, ops._E12, ops._E11, ops._E10, ops._E9, ops._E8, ops._E7, ops._E6, ops._E5, ops._E4, ops._E3, 0.5, 1.0, 1.0
 )
 _ATAN_AT = np.array(ops._ATAN_AT)
+
+
+def where(cond: NDArray[np.bool_], a: Any, b: Any) -> Floats:
+    """As `ops.where`; where all lanes agree it is that side itself, since nobody writes into a value."""
+    count = np.count_nonzero(cond)
+    if count == 0:
+        side = b
+    elif count == cond.size:
+        side = a
+    else:
+        return _chosen(cond, a, b)
+    return side if getattr(side, "shape", None) == cond.shape else _chosen(cond, a, b)
+
+
+@lru_cache(maxsize=64)
+def full(shape: tuple[int, ...], value: float) -> Floats:
+    """As `ops.full`: one array for all who ask, which cannot be written into."""
+    result: Floats = np.full(shape, value)
+    result.flags.writeable = False
+    return result
 
 
 def _whole(x: Floats) -> Floats:
@@ -55,25 +79,27 @@ def _horner(z: Floats, terms: tuple[Any, ...]) -> Floats:
 
 
 def sincos(x: Floats) -> tuple[Floats, Floats]:
-    """As `ops.sincos`."""
-    n = _whole(_mul(x, _PER))
+    """As `ops.sincos`; the quarter is in the last two bits of what `n` is rounded with."""
+    big = _mul(x, _PER)
+    n = _sub(_add(big, _BIG, big), _BIG)
     w = _mul(n, _P1)
     r = _sub(x, w)
     _sub(r, _mul(n, _P2, w), r)
     _sub(r, _mul(n, _P3, w), r)
-    z = _mul(r, r)
+    z = _mul(r, r, n)
     sin_r = _horner(z, _SIN)
     _mul(_mul(r, z, w), sin_r, sin_r)
     _add(r, sin_r, sin_r)
     cos_r = _horner(z, _COS)
-    q = _whole(_mul(n, _QUARTER, w))
-    _sub(n, _mul(_FOUR, q, q), q)  # -2, -1, 0, 1, 2
-    far = np.abs(q, out=n)
-    odd = far == _ONE
-    sign = _sub(_ONE, far, far)  # 1 for 0, -1 for 2 and -2: times it is plus or minus, to the bit
-    even_s, even_c = _mul(sin_r, sign, r), _mul(cos_r, sign, z)
-    odd_s, odd_c = _mul(cos_r, q, cos_r), np.negative(_mul(sin_r, q, sin_r), out=sin_r)
-    return _chosen(odd, odd_s, even_s), _chosen(odd, odd_c, even_c)
+    quarter, s, c, mask = (words.view(np.int64) for words in (big, sin_r, cos_r, w))
+    np.negative(_and(quarter, _LAST, mask), mask)  # all bits where the two change places
+    _and(_xor(s, c, r.view(np.int64)), mask, mask)
+    _xor(s, mask, s)
+    _xor(c, mask, c)
+    _xor(s, np.left_shift(_and(quarter, _NEXT, mask), _SIGN, mask), s)
+    _add(quarter, _LAST, quarter)
+    _xor(c, np.left_shift(_and(quarter, _NEXT, mask), _SIGN, mask), c)
+    return sin_r, cos_r
 
 
 def _chosen(cond: NDArray[np.bool_], a: Any, b: Any) -> Floats:
@@ -87,7 +113,7 @@ def atan2(y: Any, x: Any) -> Floats:
     steep = a > b
     top, bottom = _chosen(steep, b, a), _chosen(steep, a, b)
     flat = bottom <= 0.0
-    if flat.any():
+    if np.count_nonzero(flat):
         bottom = _chosen(flat, _ONE, bottom)
     t = np.divide(top, bottom, out=top)
     k = _whole(_mul(t, _FOUR, bottom))
@@ -103,7 +129,9 @@ def atan2(y: Any, x: Any) -> Floats:
     angle = np.take(_ATAN_AT, _integers(k), mode="clip")
     _add(angle, series, angle)
     angle = _chosen(steep, _sub(_HALF_PI, angle, t), angle)
-    angle = _chosen(x < 0.0, _sub(_PI, angle, t), angle)
+    astern = x < 0.0
+    if np.count_nonzero(astern):
+        angle = _chosen(astern, _sub(_PI, angle, t), angle)
     return _chosen(y < 0.0, np.negative(angle, out=t), angle)
 
 
@@ -116,6 +144,8 @@ def _integers(k: Floats) -> NDArray[np.intp]:
 
 def tanh(x: Floats) -> Floats:
     """As `ops.tanh`."""
+    if not x.any():
+        return full(x.shape, 0.0)
     y = np.abs(x)
     _mul(np.minimum(y, _MOST, out=y), _MINUS_TWO, y)
     k = _whole(_mul(y, _LOG2E))

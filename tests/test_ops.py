@@ -200,3 +200,35 @@ def test_a_law_that_no_lane_needs_is_not_run_and_one_that_all_need_is_run_once()
     x = np.arange(3.0)
     assert ops.when(x > 9.0, never, x, x) is x
     assert ops.when(x > -1.0, lambda v: v + 1.0, x, x).tolist() == [1.0, 2.0, 3.0]
+
+
+@pytest.mark.parametrize(("cond", "side"), [([True, True, True], 1.0), ([False, False, False], -1.0)])
+def test_where_all_lanes_agree_they_get_that_side_whatever_its_shape(cond: list[bool], side: float) -> None:
+    lanes, a, b = np.array(cond), np.full(3, 1.0), np.full(3, -1.0)
+    for one, other in ((a, b), (1.0, -1.0), (a, -1.0), (1.0, b)):
+        assert ops.where(lanes, one, other).tolist() == [side] * 3
+    rows = ops.where(lanes, np.full((2, 3), 1.0), np.full((2, 3), -1.0))
+    assert rows.tolist() == [[side] * 3] * 2
+
+
+def test_what_many_ask_for_is_one_array_that_nobody_can_spoil() -> None:
+    zeros = ops.zero(np.ones(4))
+    with pytest.raises(ValueError, match="read-only"):
+        zeros[0] = 1.0
+    assert ops.full(np.ones(2), 7.0).tolist() == [7.0, 7.0]
+
+
+def test_a_condition_on_which_all_lanes_agree_as_expected_is_one_bool() -> None:
+    assert ops.settled(np.array([True, True]), True) is True
+    assert ops.settled(np.array([False, False]), False) is False
+    assert ops.settled(np.array([True, False]), True).tolist() == [True, False]
+    assert ops.settled(np.array([False, False]), True).tolist() == [False, False]
+    assert ops.settled(False, True) is False
+    assert ops.flag(ops.settled(np.array([False, False]), False), np.ones(2)).tolist() == [0.0, 0.0]
+
+
+@given(st.lists(st.tuples(st.floats(0.0, 1e9), st.floats(0.0, 1e9)), min_size=1, max_size=5))
+def test_the_lesser_and_the_greater_square_are_minimum_and_maximum(pairs: list[tuple[float, float]]) -> None:
+    a, b = np.array(pairs).T
+    assert ops.lesser(a, b).tolist() == ops.minimum(a, b).tolist() == [ops.lesser(*p) for p in pairs]
+    assert ops.greater(a, b).tolist() == ops.maximum(a, b).tolist() == [ops.greater(*p) for p in pairs]

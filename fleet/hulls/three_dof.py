@@ -16,7 +16,7 @@ from fleet.guidance.limits import Limits
 from fleet.hulls.types import HullState, Water, start
 from fleet.ops import R
 
-__all__ = ["advance", "description", "start", "velocity"]
+__all__ = ["advance", "advance_by", "description", "start", "velocity"]
 
 description = "Otter catamaran of 2 m (Fossen, MSS): surge, sway and yaw with two propellers and PI inner loops"
 
@@ -105,3 +105,12 @@ def advance(
         i_u=i_u,
         i_r=i_r,
     )
+
+
+def advance_by(
+    steps: int, state: HullState[R], u_d: R, r_d: R, water: Water[R], limits: Limits, dt: float, powered: R | float
+) -> HullState[R]:
+    """`steps` times `advance`."""
+    for _ in range(steps):
+        state = advance(state, u_d, r_d, water, limits, dt, powered)
+    return state

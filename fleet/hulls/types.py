@@ -53,6 +53,19 @@ class Hull(Protocol):
     ) -> HullState[R]:
         """The boat dt seconds later; powered 1 obeys the set-points, 0 has no thrust and drifts."""
 
+    def advance_by(
+        self,
+        steps: int,
+        state: HullState[R],
+        u_d: R,
+        r_d: R,
+        water: Water[R],
+        limits: Limits,
+        dt: float,
+        powered: R | float,
+    ) -> HullState[R]:
+        """`steps` times `advance`, with equal bits."""
+
 
 CALM: Water[float] = Water(0.0, 0.0, 0.0, 0.0)
 """Neither current nor wind."""

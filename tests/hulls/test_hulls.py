@@ -153,6 +153,23 @@ def test_a_lane_gets_the_bits_of_a_boat(name: str, count: int) -> None:
 
 
 @every_hull
+@pytest.mark.parametrize("water", [CALM, Water(0.3, -0.2, 0.05, 0.0)])
+@pytest.mark.parametrize("powered", [1.0, 0.0])
+def test_several_steps_at_once_give_the_bits_of_one_after_the_other(
+    name: str, water: Water[float], powered: float
+) -> None:
+    rng = np.random.default_rng(5)
+    start = HullState(*rng.uniform(-3.1, 3.1, (8, 50)))
+    u_d, r_d = rng.uniform(-1.0, 2.0, 50), rng.uniform(-0.5, 0.5, 50)
+    singly = start
+    for _ in range(7):
+        singly = HULLS[name].advance(singly, u_d, r_d, water, LIMITS, STEP_S, powered)
+    at_once = HULLS[name].advance_by(7, start, u_d, r_d, water, LIMITS, STEP_S, powered)
+    for field in HullState.__struct_fields__:
+        assert np.array_equal(getattr(at_once, field), getattr(singly, field)), field
+
+
+@every_hull
 def test_a_description_is_one_line(name: str) -> None:
     assert HULLS[name].description
     assert "\n" not in HULLS[name].description

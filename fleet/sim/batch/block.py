@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Generic
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from fleet import ops
 from fleet.agent.step import Decision, Nav, Order, PathLike, State, StepParams, step
@@ -24,17 +24,18 @@ class Rules(Struct, frozen=True, kw_only=True):
 
     method: Method
     params: StepParams
-    hull: str
+    hulls: tuple[str, ...]
     radius_m: float
-    formation: bool  # somebody belongs to a formation
+    formations: int  # of a scenario, at most
     clock_error_s: float
     gnss_sigma_m: float
     gnss_white_m: float
+    gnss_velocity_mps: float
 
     @property
     def noisy(self) -> bool:
-        """Positions are not exact."""
-        return self.gnss_sigma_m > 0.0 or self.gnss_white_m > 0.0
+        """Positions or velocities are not exact."""
+        return self.gnss_sigma_m > 0.0 or self.gnss_white_m > 0.0 or self.gnss_velocity_mps > 0.0
 
 
 class Block(Struct, Generic[R]):
@@ -51,13 +52,17 @@ class Block(Struct, Generic[R]):
     error_n: R  # slow part of the GNSS error [m]
     error_e: R
     hash: Any  # where the lane's random numbers begin
+    model: R  # number of its hull
     decision: Decision[R] | None = None  # of the last tick
 
 
 def sense(block: Block[R], now: int, rules: Rules) -> Nav[R]:
     """What the sensors say."""
     hull = block.hull
-    vx, vy = HULLS[rules.hull].velocity(hull, block.water)
+    vx, vy = HULLS[rules.hulls[0]].velocity(hull, block.water)
+    for k, name in enumerate(rules.hulls[1:], start=1):
+        other_vx, other_vy = HULLS[name].velocity(hull, block.water)
+        vx, vy = ops.where(block.model == k, other_vx, vx), ops.where(block.model == k, other_vy, vy)
     one = ops.full(hull.x, 1.0)
     if not rules.noisy:
         return Nav(one, hull.x, hull.y, hull.psi, vx, vy, hull.r, ops.zero(one))
@@ -70,6 +75,9 @@ def sense(block: Block[R], now: int, rules: Rules) -> Nav[R]:
     block.error_e = keep * block.error_e + kick * draws.normal(h, Purpose.DRIFT_E)
     x = hull.x + block.error_n + rules.gnss_white_m * draws.normal(h, Purpose.WHITE_N)
     y = hull.y + block.error_e + rules.gnss_white_m * draws.normal(h, Purpose.WHITE_E)
+    if rules.gnss_velocity_mps > 0.0:
+        vx = vx + rules.gnss_velocity_mps * draws.normal(h, Purpose.VELOCITY_N)
+        vy = vy + rules.gnss_velocity_mps * draws.normal(h, Purpose.VELOCITY_E)
     return Nav(one, x, y, hull.psi, vx, vy, hull.r, ops.full(one, ops.hypot(rules.gnss_sigma_m, rules.gnss_white_m)))
 
 
@@ -80,7 +88,7 @@ def decide(block: Block[R], told: tuple[Message[R], ...], now: int, clean: bool,
     all_three = list(zip(told, block.columns, aged, strict=True))
     peers = [peer(m, column, a, nav.x, nav.y, rules.radius_m, rules.clock_error_s) for m, column, a in all_three]
     members = []
-    if rules.formation:
+    if rules.formations:
         block.weights = tuple(
             weigh(m, column, a, w, block.revision) for (m, column, a), w in zip(all_three, block.weights, strict=True)
         )
@@ -103,6 +111,7 @@ def decide(block: Block[R], told: tuple[Message[R], ...], now: int, clean: bool,
         nav.sigma,
         d.mode,
         block.revision,
+        d.y_e,
     )
 
 
@@ -111,6 +120,24 @@ def sail(block: Block[R], rules: Rules) -> None:
     d = block.decision
     assert d is not None
     powered: Any = 1.0 if ops.every(d.powered == 1.0) else d.powered
-    advance = HULLS[rules.hull].advance
-    for _ in range(STEPS):
-        block.hull = advance(block.hull, d.u_d, d.r_d, block.water, rules.params.limits, STEP_S, powered)
+    limits = rules.params.limits
+    if len(rules.hulls) == 1 or type(block.model) is float:
+        hull = HULLS[rules.hulls[0 if len(rules.hulls) == 1 else int(block.model)]]
+        block.hull = hull.advance_by(STEPS, block.hull, d.u_d, d.r_d, block.water, limits, STEP_S, powered)
+        return
+    model: Any = block.model
+    after = [model.copy() for _ in HullState.__struct_fields__]
+    for k, name in enumerate(rules.hulls):
+        lanes = (model == k).nonzero()[0]
+        state, u_d, r_d, water, power = (_some(v, lanes) for v in (block.hull, d.u_d, d.r_d, block.water, powered))
+        moved = HULLS[name].advance_by(STEPS, state, u_d, r_d, water, limits, STEP_S, power)
+        for values, part in zip(after, structs.astuple(moved), strict=True):
+            values[lanes] = part
+    block.hull = HullState(*after)
+
+
+def _some(value: Any, lanes: Any) -> Any:
+    """Some lanes of an array, or of a Struct of them; a number is that of all."""
+    if isinstance(value, Struct):
+        return type(value)(*(_some(field, lanes) for field in structs.astuple(value)))
+    return value if type(value) is float else value[lanes]

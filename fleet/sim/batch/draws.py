@@ -26,6 +26,8 @@ class Purpose(IntEnum):
     DRIFT_E = 13
     WHITE_N = 20
     WHITE_E = 23
+    VELOCITY_N = 30
+    VELOCITY_E = 33
     START = 100  # of a scenario; families add their own count
 
 

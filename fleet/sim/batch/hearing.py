@@ -37,6 +37,7 @@ class Message(Struct, Generic[R], frozen=True, gc=False):
     sigma: R
     mode: R
     revision: R  # of the formation in force
+    y_e: R  # its cross-track error [m]
 
 
 class Column(Struct, Generic[R], frozen=True, gc=False):
@@ -104,6 +105,7 @@ def peer(
         straight,
         message.sigma,
         widen,
+        y_e=ops.where(message.mode == HOLD, 0.0, message.y_e),
     )
 
 

@@ -85,11 +85,14 @@ class BatchSea(Sea):
             error_n=zero,
             error_e=zero,
             hash=draws.begin(sc.seed, tile(sc.case), number, number),
+            model=flat(sc.hull),
         )
         block.columns = tuple(self._column(c, flat(sc.offset)) for c in range(boats - 1))
         self.blocks = [block]
         self._lay_paths()
-        self.tallies = [tally.begin(zero, flat(sc.goal_m), tile(np.ceil(sc.measure_s / TICK_S - 1e-6)), block.state.s)]
+        measure = tile(np.ceil(sc.measure_s / TICK_S - 1e-6))
+        hull = block.hull
+        self.tallies = [tally.begin(zero, flat(sc.goal_m), measure, block.state.s, hull.x, hull.y)]
         self.pairs = self._apart()
 
     @property
@@ -132,7 +135,7 @@ class BatchSea(Sea):
         return Column(
             number=np.repeat(self._others[c].astype(float), self._shape[1]),
             avoided=self._flat(self.scenarios.avoids),
-            member=self._member * self._member[lanes],
+            member=np.where((self._member > 0.0) & (self._member == self._member[lanes]), 1.0, 0.0),
             offset=offset[lanes],
             path=self._nowhere,
             delay_s=self._tile(self.scenarios.delay_s),
@@ -175,7 +178,8 @@ class BatchSea(Sea):
         block = self.blocks[0]
         assert block.decision is not None
         z = (block.decision.s - block.order.offset).reshape(self._shape)
-        return [np.concatenate(tally.formation_errors(list(z), list(self._member.reshape(self._shape))))]
+        members = list(self._member.reshape(self._shape))
+        return [np.concatenate(tally.formation_errors(list(z), members, self.rules.formations))]
 
     def keep(self, columns: IntArray) -> None:
         """As `Sea.keep`."""

@@ -29,7 +29,6 @@ class LoneSea(Sea):
         boats = sc.boats
         self.mail = LoneMail(sc)
         self._others: list[list[int]] = others(boats).T.tolist()
-        hull = HULLS[rules.hull]
 
         def of(name: str) -> list[Any]:
             values: list[Any] = getattr(sc, name)[0].tolist()
@@ -40,19 +39,19 @@ class LoneSea(Sea):
         goal, offset, cruise = of("goal"), of("offset"), of("cruise")
         u_min, u_max, s_end = of("u_min"), of("u_max"), of("s_end")
         self._member: list[float] = of("member")
-        avoids = of("avoids")
+        avoids, model = of("avoids"), of("hull")
         water = Water(*(float(getattr(sc, name)[0]) for name in WATER))
         seed_case = draws.more(draws.more(0, sc.seed), int(sc.case[0]))
         delay_s = float(sc.delay_s[0])
         self.blocks = [
             Block(
-                hull=hull.start(x[i], y[i], psi[i], u[i]),
+                hull=HULLS[sc.hulls[int(model[i])]].start(x[i], y[i], psi[i], u[i]),
                 state=start(0.0, s[i], rules.method.start(0.0, boats - 1)),
                 order=Order(goal[i], offset[i], cruise[i], u_min[i], u_max[i], sc.gain_per_m, s_end[i]),
                 water=water,
                 path=paths[i],
                 columns=tuple(
-                    Column(float(j), avoids[i], self._member[i] * self._member[j], offset[j], paths[j], delay_s)
+                    Column(float(j), avoids[i], self._together(i, j), offset[j], paths[j], delay_s)
                     for j in self._others[i]
                 ),
                 weights=(0.0,) * (boats - 1),
@@ -60,11 +59,13 @@ class LoneSea(Sea):
                 error_n=0.0,
                 error_e=0.0,
                 hash=draws.more(draws.more(seed_case, i), i),
+                model=model[i],
             )
             for i in range(boats)
         ]
         measure = float(np.ceil(sc.measure_s[0] / TICK_S - 1e-6))
-        self.tallies = [tally.begin(0.0, g, measure, s_i) for g, s_i in zip(of("goal_m"), s, strict=True)]
+        begins = zip(of("goal_m"), s, x, y, strict=True)
+        self.tallies = [tally.begin(0.0, goal_m, measure, s_i, x_i, y_i) for goal_m, s_i, x_i, y_i in begins]
         self.pairs = self._apart()
         self._rows: IntArray = np.arange(1)
 
@@ -87,7 +88,11 @@ class LoneSea(Sea):
 
     def _errors(self) -> list[Any]:
         z = [block.decision.s - block.order.offset for block in self.blocks if block.decision is not None]
-        return tally.formation_errors(z, self._member)
+        return tally.formation_errors(z, self._member, self.rules.formations)
+
+    def _together(self, i: int, j: int) -> float:
+        """1 where both are of one formation."""
+        return 1.0 if self._member[i] > 0.0 and self._member[i] == self._member[j] else 0.0
 
     @property
     def rows(self) -> IntArray:

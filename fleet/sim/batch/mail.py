@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any, Protocol
 
 import numpy as np
+from msgspec import structs
 from numpy.typing import NDArray
 
 from fleet.ops import FloatArray
@@ -97,15 +98,15 @@ class BatchMail:
         """Into the ring."""
         slot = self._ring[now % len(self._ring)]
         shape = slot.shape[1:]
-        for k, name in enumerate(Message.__struct_fields__):
-            slot[k] = np.reshape(getattr(messages[0], name), shape)
+        for row, value in zip(slot, structs.astuple(messages[0]), strict=True):
+            row[:] = value.reshape(shape)
 
     def deliver(self, now: int) -> Told:
         """Everything that is due now and not lost takes the place of what was held."""
         if self.clean and self._same:
             sent = now - int(self._delay[0])
             if sent >= 0:
-                self._held = self._ring[sent % len(self._ring)][:, self._others]
+                self._held = self._ring[sent % len(self._ring)].take(self._others, axis=1)
         else:
             self._receive(now - self._delay)
         lanes = self._held.reshape(_FIELDS, self._boats - 1, -1)

@@ -22,6 +22,7 @@ PER_BOAT = (
     "formation_end_m",
     "settled_s",
     "stood",
+    "stopped",
 )
 PER_SCENARIO = ("least_m", "inside_s", "ended_s")
 
@@ -65,7 +66,8 @@ class Results(Struct, kw_only=True):
     formation_most_m: FloatArray
     formation_end_m: FloatArray
     settled_s: FloatArray  # from when on the formation error stays below 1 m
-    stood: FloatArray  # 1 it stood still for 60 s without being told to
+    stood: FloatArray  # 1 it made less than 6 m good in 60 s without being told to stop
+    stopped: FloatArray  # 1 it did not even sail 6 m in 60 s
     traces: list[Trace]
     boat_ticks: int = 0
     wall_s: float = 0.0

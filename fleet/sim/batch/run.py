@@ -14,7 +14,7 @@ from fleet.sim.batch.results import Results
 from fleet.sim.batch.scenarios import Scenarios
 from fleet.sim.batch.voyage import Voyage
 
-LANES = 4096  # of a chunk: its arrays of 32 KiB stay in the second-level cache
+LANES = 8192  # of a chunk: its arrays of 32 KiB stay in the second-level cache
 AT_ONCE = 16  # chunks that sail side by side, so that their last scenarios can be put together
 FLOATS_BELOW = 20  # lanes; arrays and floats cost the same about there
 
@@ -53,12 +53,13 @@ def run(
             limits=scenarios.limits,
             keep=METHODS[method].params(radius_m, side) if params is None else params,
         ),
-        hull=scenarios.hull,
+        hulls=scenarios.hulls,
         radius_m=radius_m,
-        formation=bool((scenarios.member > 0.0).any()),
+        formations=int(scenarios.member.max(initial=0.0)),
         clock_error_s=scenarios.clock_error_s,
         gnss_sigma_m=scenarios.gnss_sigma_m,
         gnss_white_m=scenarios.gnss_white_m,
+        gnss_velocity_mps=scenarios.gnss_velocity_mps,
     )
     if floats is None:
         floats = scenarios.count * scenarios.boats < FLOATS_BELOW

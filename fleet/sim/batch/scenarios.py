@@ -18,7 +18,7 @@ IntArray = NDArray[np.intp]
 NEVER = np.inf
 ENDLESS = 1.0e18
 PER_BOAT = ("path", "x", "y", "psi", "u", "s", "cruise", "u_min", "u_max", "offset", "member", "goal", "goal_m")
-PER_BOAT_LATER = ("s_end", "mute_s", "avoids")
+PER_BOAT_LATER = ("s_end", "mute_s", "avoids", "hull")
 PER_SCENARIO = ("limit_s", "measure_s", "current_n", "current_e", "wind_n", "wind_e", "delay_s", "loss")
 
 
@@ -54,12 +54,13 @@ class Scenarios(Struct, frozen=True, kw_only=True):
     u_min: FloatArray  # in formation
     u_max: FloatArray
     offset: FloatArray  # of its slot
-    member: FloatArray  # 1 it belongs to the formation of its scenario
+    member: FloatArray  # number of the formation of its scenario that it belongs to, 0 none
     goal: FloatArray  # fleet.agent.modes.Goal at the start
     goal_m: FloatArray  # abscissa at which it has arrived; inf: it sails until the time is up
     s_end: FloatArray  # abscissa at which it holds
     mute_s: FloatArray  # from when on it is never heard again
     avoids: FloatArray  # 0 it keeps clear of nobody
+    hull: FloatArray  # number of its model in `hulls`
     limit_s: FloatArray  # (B,) end of the run; sooner when everybody has arrived
     measure_s: FloatArray  # (B,) from when on errors of track and formation count
     current_n: FloatArray  # (B,)
@@ -69,11 +70,12 @@ class Scenarios(Struct, frozen=True, kw_only=True):
     delay_s: FloatArray  # (B,) of every message
     loss: FloatArray  # (B,) share of messages lost
     changes: tuple[Change, ...] = ()
-    hull: str = "unicycle"
+    hulls: tuple[str, ...] = ("unicycle",)  # models of boats
     limits: Limits = Limits()
     gain_per_m: float = 0.3  # k_u
     gnss_sigma_m: float = 0.0  # slow error, 60 s, per axis
     gnss_white_m: float = 0.0
+    gnss_velocity_mps: float = 0.0  # white, per axis
     clock_error_s: float = 0.0  # of two clocks: radius grows by this times the speed of the other
 
     @property
@@ -139,6 +141,7 @@ def assemble(
         "s_end": ENDLESS,
         "mute_s": NEVER,
         "avoids": 1.0,
+        "hull": 0.0,
         "x": x,
         "y": y,
         "psi": psi,

@@ -18,7 +18,7 @@ from fleet.sim.batch.mail import Mail
 from fleet.sim.batch.scenarios import IntArray, Scenarios
 from fleet.sim.batch.tally import Apart, Tally
 
-SHOWN = tuple(name for name in Tally.__struct_fields__ if name != "marks")
+SHOWN = tuple(name for name in Tally.__struct_fields__ if name not in ("marks", "ways"))
 WATER = ("current_n", "current_e", "wind_n", "wind_e")
 TRACED = ("x", "y", "psi", "u", "s", "e", "y_e", "u_d", "r_d", "mode", "avoiding")
 
@@ -62,7 +62,7 @@ class Sea(ABC):
             now,
             [decide(block, held, now, clean, self.rules) for block, held in zip(self.blocks, told, strict=True)],
         )
-        errors = self._errors() if self.rules.formation else [None] * len(self.blocks)
+        errors = self._errors() if self.rules.formations else [None] * len(self.blocks)
         for k, (block, e) in enumerate(zip(self.blocks, errors, strict=True)):
             assert block.decision is not None
             self.tallies[k] = tally.count(self.tallies[k], block.decision, e, float(now))
@@ -76,7 +76,7 @@ class Sea(ABC):
     def check(self) -> None:
         """Every 5 s: who stands still."""
         self.tallies = [
-            tally.check(t, block.decision, block.order)
+            tally.check(t, block.decision, block.order, block.hull.x, block.hull.y)
             for t, block in zip(self.tallies, self.blocks, strict=True)
             if block.decision is not None
         ]

@@ -37,10 +37,15 @@ class Tally(Struct, Generic[R], frozen=True, gc=False):
     unsettled: R  # last tick at which it was 1 m or more
     marks: tuple[R, ...]  # abscissae every 5 s, the oldest first
     under_way: R  # checks for which it has been told to move
-    stood: R  # 1 it once stood still without being told to
+    stood: R  # 1 it once made no way good without being told to
+    x: R  # at the last check [m]
+    y: R
+    way: R  # sailed since the start [m]
+    ways: tuple[R, ...]  # the same every 5 s, the oldest first
+    stopped: R  # 1 it once did not even move
 
 
-def begin(like: R, goal_m: R, measure_tick: R, s: R) -> Tally[R]:
+def begin(like: R, goal_m: R, measure_tick: R, s: R, x: R, y: R) -> Tally[R]:
     """Nothing yet."""
     zero = ops.zero(like)
     return Tally(
@@ -58,6 +63,11 @@ def begin(like: R, goal_m: R, measure_tick: R, s: R) -> Tally[R]:
         ops.full(like, -1.0),
         (s,) * MARKS,
         zero,
+        zero,
+        x,
+        y,
+        zero,
+        (zero,) * MARKS,
         zero,
     )
 
@@ -88,16 +98,34 @@ def count(t: Tally[R], d: Decision[R], e: R | None, now: float) -> Tally[R]:
         t.marks,
         t.under_way,
         t.stood,
+        t.x,
+        t.y,
+        t.way,
+        t.ways,
+        t.stopped,
     )
 
 
-def check(t: Tally[R], d: Decision[R], order: Order[R]) -> Tally[R]:
-    """Every 5 s: less than 6 m made good in 60 s, though told to sail and not there yet, is a standstill."""
+def check(t: Tally[R], d: Decision[R], order: Order[R], x: R, y: R) -> Tally[R]:
+    """Every 5 s: less than 6 m made good in 60 s, though told to sail and not there yet, is a standstill.
+
+    A boat that sails in circles stands still in this sense; one that moves less than 6 m has stopped, too.
+    """
     told = (order.goal == float(Goal.FOLLOW)) & (order.cruise > STILL_MPS) & (d.s < order.s_end)
     under_way = ops.where(told & (t.arrived == math.inf), t.under_way + 1.0, 0.0)
     still = (under_way > MARKS) & (d.s - t.marks[0] < STILL_MPS * STILL_S)
+    way = t.way + ops.hypot(x - t.x, y - t.y)
+    stopped = still & (way - t.ways[0] < STILL_MPS * STILL_S)
     return structs.replace(
-        t, marks=(*t.marks[1:], d.s), under_way=under_way, stood=ops.maximum(t.stood, ops.flag(still, d.s))
+        t,
+        marks=(*t.marks[1:], d.s),
+        under_way=under_way,
+        stood=ops.maximum(t.stood, ops.flag(still, d.s)),
+        x=x,
+        y=y,
+        way=way,
+        ways=(*t.ways[1:], way),
+        stopped=ops.maximum(t.stopped, ops.flag(stopped, d.s)),
     )
 
 
@@ -126,11 +154,21 @@ def part(a: Apart[R], dx: R, dy: R, radius_m: float) -> Apart[R]:
     )
 
 
-def formation_errors(z: Sequence[R], members: Sequence[R]) -> list[R]:
+def formation_errors(z: Sequence[R], members: Sequence[R], formations: int = 1) -> list[R]:
     """True error of each boat of one scenario: mean of the others' places less its own; boats in ascending order [m].
 
-    z: abscissa less slot offset; members: 1 it belongs to the formation
+    z: abscissa less slot offset
+    members: number of the formation that it belongs to, 0 none
+    formations: how many there are
     """
+    if formations > 1:
+        each = [_of_one(z, [ops.flag(m == k, m) for m in members]) for k in range(1, formations + 1)]
+        return [sum(errors[1:], errors[0]) for errors in zip(*each, strict=True)]
+    return _of_one(z, members)
+
+
+def _of_one(z: Sequence[R], members: Sequence[R]) -> list[R]:
+    """The errors in one formation, 0 for boats that are not of it; members: 1 it is."""
     total, number = ops.zero(z[0]), ops.zero(z[0])
     for z_i, m in zip(z, members, strict=True):
         total, number = total + m * z_i, number + m

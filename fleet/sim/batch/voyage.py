@@ -119,6 +119,7 @@ class Voyage:
         r.formation_end_m[rows] = t["e_last"]
         r.settled_s[rows] = np.where(t["e_last"] >= SETTLED_M, np.inf, (t["unsettled"] + 1.0) * TICK_S)
         r.stood[rows] = t["stood"]
+        r.stopped[rows] = t["stopped"]
 
     def _finished(self) -> Results:
         """With the traces."""

@@ -19,6 +19,7 @@ from fleet.sim.batch.lanes import BatchSea, table_of
 from fleet.sim.batch.lone import LoneSea
 from fleet.sim.batch.mail import delay_ticks
 from fleet.sim.batch.results import PER_BOAT, PER_SCENARIO
+from fleet.sim.sweep.family import load
 
 
 def rules_of(scenarios: Scenarios, method: str, **given: Any) -> Rules:
@@ -31,12 +32,13 @@ def rules_of(scenarios: Scenarios, method: str, **given: Any) -> Rules:
     return Rules(
         method=METHODS[method],
         params=params,
-        hull=scenarios.hull,
+        hulls=scenarios.hulls,
         radius_m=6.0,
-        formation=bool((scenarios.member > 0.0).any()),
+        formations=int(scenarios.member.max()),
         clock_error_s=scenarios.clock_error_s,
         gnss_sigma_m=scenarios.gnss_sigma_m,
         gnss_white_m=scenarios.gnss_white_m,
+        gnss_velocity_mps=scenarios.gnss_velocity_mps,
         **given,
     )
 
@@ -47,7 +49,7 @@ def numbers(value: Any) -> list[Any]:
         return [v for field in msgspec.structs.astuple(value) for v in numbers(field)]
     if isinstance(value, tuple):
         return [v for field in value for v in numbers(field)]
-    return [value]
+    return [] if value is None else [value]
 
 
 def lanes_of(sea: BatchSea | LoneSea, column: int) -> np.ndarray:
@@ -88,9 +90,11 @@ SEEN_TICKS = 700
 CASES = {
     "two": (two_boat(12, 3), 5, 0),
     "two, otter, current, noise": (
-        two_boat(12, 4, hull="otter", current_n=0.2, current_e=-0.1, gnss_sigma_m=0.5, gnss_white_m=0.1), 7, 300
+        two_boat(12, 4, hulls=("otter",), current_n=0.2, current_e=-0.1, gnss_sigma_m=0.5, gnss_white_m=0.1), 7, 300
     ),
     "three on curves": (bent(antipodal(8, 5, 3, radius=20.0)), 2, 0),
+    "three of two hulls, curved paths, velocity noise": (load("fleet", boats=3).scenarios(3, 0, range(8)), 3, 200),
+    "two formations": (load("meeting", boats=4).scenarios(3, 0, range(6)), 2, 600),
     "eight": (crossing(6, 6, 8), 1, 500),
     "swap of three": (swap(6, 7, 3), 4, 0),
     "lossy column": (lossy(6, 8, 3, loss=np.array([0.0, 0.3, 0.5, 0.9, 0.95, 0.5]),
