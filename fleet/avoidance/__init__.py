@@ -8,10 +8,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, Literal
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from fleet.avoidance import circle, pair, params, scoring
 
+CLOSER = 3.5 / 6.0
+"""Share of the safety radius that boats of the fleet keep from each other while a foreign vessel decides."""
+CLOSER_S = 12.0
+"""And so far ahead: a formation that turns together is not on its way into itself for longer."""
 Side = Literal["closest", "starboard"]
 
 
@@ -25,10 +29,27 @@ class Method(Struct, frozen=True, kw_only=True):
     keep_clear: Callable[..., Any]  # (own, peers, memory, limits, params, dt [s]) -> (memory, Advice)
     memory: Any  # type of the memory of one boat, for msgspec to decode
     align: Callable[[Any, Sequence[float], Sequence[float]], Any]  # (memory, old numbers, new numbers) -> memory
+    closer: Callable[[Any], Any]  # params -> those that keep only the hard radius, and only soon
 
 
 def _scoring_params(radius_m: float, side: Side) -> params.ScoringParams:  # noqa: ARG001 - its sides are its own
     return params.for_radius(radius_m)
+
+
+def _scoring_closer(keep: params.ScoringParams) -> params.ScoringParams:
+    soon = CLOSER_S
+    return structs.replace(
+        keep,
+        wanted_m=keep.hard_m,
+        companion_m=keep.hard_m,
+        horizon_max_s=soon,
+        horizon_min_s=soon,
+        horizon_unknown_s=soon,
+    )
+
+
+def _circle_closer(keep: circle.CircleParams) -> circle.CircleParams:
+    return structs.replace(keep, radius_m=CLOSER * keep.radius_m)
 
 
 def _circle_params(radius_m: float, side: Side) -> circle.CircleParams:
@@ -54,6 +75,7 @@ METHODS: dict[str, Method] = {
             keep_clear=scoring.keep_clear,
             memory=scoring.ScoringMemory[float],
             align=scoring.align,
+            closer=_scoring_closer,
         ),
         Method(
             name="circle",
@@ -63,6 +85,7 @@ METHODS: dict[str, Method] = {
             keep_clear=circle.keep_clear,
             memory=circle.CircleMemory[float],
             align=_circle_align,
+            closer=_circle_closer,
         ),
     )
 }

@@ -80,11 +80,11 @@ def _segments(dx: R, dy: R, ax: R, ay: R, bx: R, by: R, samples: int) -> tuple[R
     others = [(dx + bx * (k / last), dy + by * (k / last)) for k in range(samples)]
     stay = dx * dx + dy * dy
     for px, py in others[1:]:
-        stay = ops.minimum(stay, px * px + py * py)
+        stay = ops.lesser(stay, px * px + py * py)
     advance = ops.full(dx, 1e300)
     for i in range(1, samples):
         sx, sy = ax * (i / last), ay * (i / last)
         for px, py in others:
             ex, ey = px - sx, py - sy
-            advance = ops.minimum(advance, ex * ex + ey * ey)
+            advance = ops.lesser(advance, ex * ex + ey * ey)
     return ops.sqrt(stay), ops.sqrt(advance)

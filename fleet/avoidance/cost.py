@@ -102,6 +102,31 @@ def widened(threat: Threat[R], extra: R, params: ScoringParams) -> Threat[R]:
     )
 
 
+def returned(threat: Threat[R], peer: Peer[R], alike: R, params: ScoringParams) -> Threat[R]:
+    """The same vehicle as if it were back on its path, at the speed its plan wants.
+
+    Only one that publishes a plan and is neither a companion nor near and bound as we are (alike 1); of others nothing
+    counts.
+    """
+    dx, dy = threat.dx + peer.y_e * peer.ty, threat.dy - peer.y_e * peer.tx
+    counts = (peer.known == 1.0) & (alike == 0.0)
+    return Threat(
+        threat.number,
+        dx,
+        dy,
+        peer.u_d * peer.tx,
+        peer.u_d * peer.ty,
+        threat.side,
+        threat.horizon,
+        threat.radius,
+        threat.radius_sq,
+        ops.where(dx * dx + dy * dy < threat.radius_sq, params.opening_s, 0.0),
+        threat.hard_radius,
+        ops.where(counts, threat.soft, 0.0),
+        ops.where(counts, threat.hard, 0.0),
+    )
+
+
 def legs(own: Own[R], u: R) -> Legs[R]:
     """How the boat gets back to its path at speed u [m/s]: t1 = |y_e| / (u max(|sin(gamma - chi_p)|, 0.05))."""
     slope = ops.maximum(abs(own.tx * own.gy - own.ty * own.gx), 0.05)

@@ -15,6 +15,7 @@ from fleet.avoidance.types import Own, Peer
 from fleet.ops import R
 
 _SIN_HEAD_ON, _COS_HEAD_ON = ops.sincos(0.4)  # relative bearings below 0.4 rad on both sides: head-on
+_COS_ALIKE = ops.sincos(ops.PI / 12.0)[1]
 _SIN_ABAFT, _COS_ABAFT = ops.sincos(1.96)  # more than 22.5 deg abaft the beam: overtaking
 
 
@@ -171,6 +172,12 @@ def _companion(own: Own[R], peer: Peer[R], seen: View[R], pair: Pair[R], params:
     reach = ops.where(was, params.companion_leave_range_m, params.companion_range_m)
     alike = (ex * ex + ey * ey <= most * most) & (seen.d <= reach)
     return ops.flag((peer.known == 1.0) & (alike | (peer.ordered == 1.0)), ex)
+
+
+def bound_alike(own: Own[R], peer: Peer[R], seen: View[R], params: ScoringParams) -> R:
+    """1 for a boat near whose path runs within 15 degrees as ours does, at whatever speed."""
+    along = own.tx * peer.tx + own.ty * peer.ty
+    return ops.flag((along > _COS_ALIKE) & (seen.d <= params.companion_range_m) & (peer.known == 1.0), along)
 
 
 def _stands_on(cos_chi: R, sin_chi: R, speed: R, peer: Peer[R], seen: View[R]) -> R:

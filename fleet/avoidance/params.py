@@ -6,9 +6,10 @@ of 0.6 s, 0.35 rad/s, 0.3 m/s2), each boat running this law; none comes from a r
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Annotated
 
-from msgspec import Meta, Struct
+from msgspec import Meta, Struct, structs
 
 REFERENCE_RADIUS_M = 6.0
 
@@ -66,9 +67,11 @@ class ScoringParams(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     crowd: NotNegative = 0.3  # of the sum over the peers, beside the worst of them
     hard: NotNegative = 4.0
     wrong_side: NotNegative = 3.0
-    turn_per_rad2: NotNegative = 0.4052847345693511  # 4 / pi^2
+    turn_per_rad2: NotNegative = 0.24
     port_per_rad: NotNegative = 0.15
-    slow: NotNegative = 1.8
+    slow: NotNegative = 2.7
+    turn_beside_per_rad2: NotNegative = 0.4052847345693511  # 4 / pi^2, while a boat near is bound the same way
+    slow_beside: NotNegative = 1.8
     change_per_rad: NotNegative = 0.3
     decay: Share = 0.7  # of the collision price at the horizon
     decay_hard: Share = 0.5
@@ -81,6 +84,12 @@ class ScoringParams(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     reaction_s: NotNegative = 0.2
     brake_gain_m: NotNegative = 0.02  # advancing must bring it nearer by this much
     brake_samples: Annotated[int, Meta(ge=2)] = 7
+
+
+@lru_cache(maxsize=64)
+def beside(params: ScoringParams) -> ScoringParams:
+    """The same with the prices that hold while a boat near is bound the same way."""
+    return structs.replace(params, turn_per_rad2=params.turn_beside_per_rad2, slow=params.slow_beside)
 
 
 def for_radius(radius_m: float) -> ScoringParams:

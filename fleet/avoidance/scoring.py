@@ -14,9 +14,9 @@ from msgspec import Struct, structs
 
 from fleet import ops
 from fleet.avoidance.brake import brake
-from fleet.avoidance.cost import Threat, legs, meet_on_legs, threat, total, widened
-from fleet.avoidance.pair import Pair, fresh_pair, judge, masked, quiet, view
-from fleet.avoidance.params import ScoringParams
+from fleet.avoidance.cost import Meeting, Threat, legs, meet_on_legs, returned, threat, total, widened
+from fleet.avoidance.pair import Pair, bound_alike, fresh_pair, judge, masked, quiet, view
+from fleet.avoidance.params import ScoringParams, beside
 from fleet.avoidance.search import Choice, search, speed_of
 from fleet.avoidance.types import Advice, Own, Peer
 from fleet.guidance.limits import Limits
@@ -43,7 +43,9 @@ class Look(Struct, Generic[R], frozen=True, gc=False):
     """What all the peers together ask for at a decision."""
 
     threats: tuple[Threat[R], ...]  # those within reach
+    returns: tuple[Threat[R], ...]  # the same, back on their paths; none while the plan is followed
     pairs: tuple[Pair[R], ...]  # parallel to the peers
+    beside: R  # 1 a companion, or a boat near is bound the same way
     yield_companion: R  # 1 it is time to yield to a companion
     yield_other: R  # 1 it is time to yield to another vehicle
     target: R  # number of the vehicle to yield to, -1 for none
@@ -103,8 +105,9 @@ def _decide(
 ) -> ScoringMemory[R]:
     """The memory after a decision.
 
-    The plan is taken if it misses everybody by R_j (by 0.7 m more to end an avoidance) on the right sides. A decision
-    that comes within half a tick of its time leaves the phase as it is; one that comes later starts it anew.
+    The plan is taken if it misses everybody by R_j on the right sides. To end an avoidance it must miss by 0.7 m more,
+    and by R_j also those that return to their plans. A decision that comes within half a tick of its time leaves the
+    phase as it is; one that comes later starts it anew.
     """
     u_min = limits.speed_min_mps
     cruise = speed_of(own.u_d, 1.0, u_min, params)
@@ -112,7 +115,7 @@ def _decide(
     yield_companion = _run_down(memory.yield_companion, look.yield_companion, params)
     yield_other = _run_down(memory.yield_other, look.yield_other, params)
 
-    price, target, side = _plan(own, cruise, look.threats, memory.avoiding, params)
+    price, target, side = _plan(own, cruise, look, memory.avoiding, params)
     yielding = ops.flag(yield_other > 0.0, price)
     follow = Choice(own.gx, own.gy, ops.full(own.x, 1.0), ops.zero(own.x))
     turned = ops.atan2(memory.cx * own.gy - memory.cy * own.gx, memory.cx * own.gx + memory.cy * own.gy)
@@ -120,8 +123,13 @@ def _decide(
     def searched(own: Own[R], threats: tuple[Threat[R], ...], turned: R, avoiding: R, yielding: R) -> Choice[R]:
         return search(own, threats, turned, avoiding, yielding, u_min, params)
 
+    def searched_beside(own: Own[R], threats: tuple[Threat[R], ...], turned: R, avoiding: R, yielding: R) -> Choice[R]:
+        return search(own, threats, turned, avoiding, yielding, u_min, beside(params))
+
     blocked = (price >= params.free) | (yielding == 1.0)
-    choice = ops.when(blocked, searched, follow, own, look.threats, turned, memory.avoiding, yielding)
+    given = (own, look.threats, turned, memory.avoiding, yielding)
+    choice = ops.when(blocked & (look.beside == 0.0), searched, follow, *given)
+    choice = ops.when(blocked & (look.beside == 1.0), searched_beside, choice, *given)
 
     yields = (yield_companion > 0.0) | (yielding == 1.0)
     avoiding = ops.flag((choice.steers == 1.0) | (choice.factor < 1.0) | yields, price)
@@ -156,11 +164,13 @@ def _look(
     speed = ops.hypot(own.vx, own.vy)
     fastest = ops.maximum(speed, cruise)
     none = ops.zero(own.x)
-    yield_companion, yield_other, target = none, none, ops.full(own.x, -1.0)
-    threats, pairs = [], []
+    near, yield_companion, yield_other, target = none, none, none, ops.full(own.x, -1.0)
+    threats, returns, pairs = [], [], []
+    leaving = ops.some(memory.avoiding == 1.0)
     for peer, pair in zip(peers, memory.pairs, strict=True):
         seen = view(own, peer, params)
-        reach = (fastest + seen.speed) * seen.horizon + seen.wanted + params.hysteresis_m
+        its_fastest = ops.maximum(seen.speed, peer.u_d)
+        reach = (fastest + its_fastest) * seen.horizon + seen.wanted + params.hysteresis_m + abs(peer.y_e)
         reach = ops.maximum(reach, ops.maximum(2.0 * seen.wanted, params.companion_leave_range_m)) + 1.0
         here = peer.present
         if ops.every(((seen.d > reach) & (quiet(pair) == 1.0)) | (here == 0.0)):
@@ -169,25 +179,34 @@ def _look(
         judged = judge(own, cos_chi, sin_chi, speed, peer, seen, pair, params)
         pairs.append(judged.pair if ops.every(here == 1.0) else masked(judged.pair, here))
         threats.append(threat(own, peer, seen, judged, params))
+        alike = ops.maximum(judged.pair.companion, bound_alike(own, peer, seen, params))
+        if leaving:
+            returns.append(returned(threats[-1], peer, alike, params))
+        near = ops.maximum(near, here * alike)
         yield_companion = ops.maximum(yield_companion, here * judged.yield_companion)
         yield_other = ops.maximum(yield_other, here * judged.yield_other)
         target = ops.where(here * (judged.yield_companion + judged.yield_other) > 0.0, peer.number, target)
-    return Look(tuple(threats), tuple(pairs), yield_companion, yield_other, target)
+    return Look(tuple(threats), tuple(returns), tuple(pairs), near, yield_companion, yield_other, target)
 
 
-def _plan(own: Own[R], cruise: R, threats: tuple[Threat[R], ...], avoiding: R, params: ScoringParams) -> tuple[R, R, R]:
-    """Price of the plan, the number of the vehicle that makes most of it (-1 for none), and the side kept from that."""
+def _plan(own: Own[R], cruise: R, look: Look[R], avoiding: R, params: ScoringParams) -> tuple[R, R, R]:
+    """Price of the plan, the number of the vehicle that makes most of it (-1 for none), and the side kept from that.
+
+    A boat that has left its plan asks also what comes if the others end their avoidance as well. Two that look only at
+    each other's velocity find their plans free because the other is off its own, return together, and begin again.
+    """
     none = ops.zero(own.x)
     worst, crowd, hardest, wrong = none, none, none, none
     most, target, side = none, ops.full(own.x, -1.0), none
     way = legs(own, cruise)
     extra = avoiding * params.hysteresis_m
     grown = ops.some(extra > 0.0)  # by 0 m it would be the same threat
-    for each in threats:
-        met = meet_on_legs(widened(each, extra, params) if grown else each, way)
-        worst, hardest = ops.maximum(worst, met.soft), ops.maximum(hardest, met.hard)
-        crowd, wrong = crowd + met.soft, wrong + met.wrong
-        part = total(none, met.soft, met.soft, met.hard, met.wrong, params)
+    met = [(each, meet_on_legs(widened(each, extra, params) if grown else each, way)) for each in look.threats]
+    met += [(each, Meeting(avoiding * meet_on_legs(each, way).soft, none, none)) for each in look.returns]
+    for each, m in met:
+        worst, hardest = ops.maximum(worst, m.soft), ops.maximum(hardest, m.hard)
+        crowd, wrong = crowd + m.soft, wrong + m.wrong
+        part = total(none, m.soft, m.soft, m.hard, m.wrong, params)
         more = part > most
         most, target = ops.where(more, part, most), ops.where(more, each.number, target)
         side = ops.where(more, each.side, side)

@@ -46,6 +46,7 @@ class Peer(Struct, Generic[R], frozen=True, gc=False):
     sigma: R  # 1-sigma error of its position [m]
     widen: R  # metres added to every radius kept from it: silence, uncertain age
     ordered: R = 0.0  # type: ignore[assignment]  # 1 in our formation, on our path, ahead or astern as its slot is
+    y_e: R = 0.0  # type: ignore[assignment]  # its cross-track error, + to starboard of its path [m]
 
 
 class Advice(Struct, Generic[R], frozen=True, gc=False):

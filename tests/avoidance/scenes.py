@@ -59,6 +59,7 @@ def peer_at(
     present: float = 1.0,
     sigma: float = 0.0,
     widen: float = 0.0,
+    y_e: float = 0.0,
 ) -> Peer[float]:
     """A peer on its path along its own course unless told otherwise."""
     g = chi if gamma is None else gamma
@@ -79,6 +80,7 @@ def peer_at(
         straight=FAR_S,
         sigma=sigma,
         widen=widen,
+        y_e=y_e,
     )
 
 
@@ -144,4 +146,5 @@ def peers_of(number: float) -> st.SearchStrategy[Peer[float]]:
         u_d=speeds,
         sigma=st.sampled_from([0.0, 1.5]),
         widen=st.sampled_from([0.0, 1.0]),
+        y_e=st.floats(-20.0, 20.0),
     )

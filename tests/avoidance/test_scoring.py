@@ -8,9 +8,9 @@ import msgspec
 import pytest
 
 from fleet.avoidance import METHODS
-from fleet.avoidance.cost import legs
-from fleet.avoidance.pair import Judged, Pair, fresh_pair, judge, view
-from fleet.avoidance.params import ScoringParams, for_radius
+from fleet.avoidance.cost import legs, returned, threat
+from fleet.avoidance.pair import Judged, Pair, bound_alike, fresh_pair, judge, view
+from fleet.avoidance.params import ScoringParams, beside, for_radius
 from fleet.avoidance.scoring import ScoringMemory, align, keep_clear, start_memory
 from fleet.avoidance.search import candidates, speed_of
 from fleet.avoidance.types import Advice, Own, Peer
@@ -154,6 +154,55 @@ def test_yielding_to_another_leaves_only_half_speed_and_less() -> None:
     assert (advice.avoiding, advice.steers, advice.u_d) == (1.0, 0.0, 0.5)
 
 
+def goes_on(peer: Peer[float], avoiding: float) -> float:
+    """1 where a boat that sails 15 deg to starboard of its plan is still off it after the next decision."""
+    course = math.radians(15.0)
+    memory = msgspec.structs.replace(
+        start_memory(0.0, 1), cx=math.cos(course), cy=math.sin(course), steers=avoiding, avoiding=avoiding
+    )
+    return keep_clear(own_at(), [peer], memory, LIMITS, PARAMS, 0.1)[1].avoiding
+
+
+def test_an_avoidance_does_not_end_only_because_the_other_is_off_its_plan() -> None:
+    # bound for us on our very line, it bears away 20 deg to starboard for now: 120 m ahead that is 20 m clear of us
+    away = math.pi + math.radians(20.0)
+    bears_away = peer_at(4.0, 120.0, 0.0, away, gamma=math.pi, chi_p=math.pi)
+    assert goes_on(bears_away, avoiding=1.0) == 1.0
+    assert goes_on(bears_away, avoiding=0.0) == 0.0  # nor does that begin one
+    assert goes_on(msgspec.structs.replace(bears_away, known=0.0), avoiding=1.0) == 0.0  # nothing is known of its plan
+    assert goes_on(peer_at(4.0, 120.0, 0.0, away, chi_p=away), avoiding=1.0) == 0.0  # it means to go there
+
+
+def test_it_ends_where_the_path_of_the_other_leads_clear() -> None:
+    # southbound: 12 m to port of its path is 12 m east of it, so the path passes 12 m to the west of us
+    aside = peer_at(4.0, 120.0, 0.0, math.pi + 0.35, gamma=math.pi, chi_p=math.pi, y_e=-12.0)
+    assert goes_on(aside, avoiding=1.0) == 0.0
+
+
+def test_a_returned_vehicle_is_on_its_path_at_the_speed_of_its_plan() -> None:
+    own, peer = own_at(), peer_at(4.0, 50.0, 10.0, math.pi + 0.5, 0.3, chi_p=math.pi, u_d=1.2, y_e=4.0)
+    seen = view(own, peer, PARAMS)
+    back = returned(threat(own, peer, seen, judged(own, peer), PARAMS), peer, 0.0, PARAMS)
+    assert (back.dx, back.dy, back.vx, back.vy) == pytest.approx((50.0, 14.0, -1.2, 0.0))
+    assert back.soft > 0.0
+    assert returned(threat(own, peer, seen, judged(own, peer), PARAMS), peer, 1.0, PARAMS).soft == 0.0
+
+
+def test_boats_near_and_bound_within_15_degrees_are_bound_alike_at_any_speed() -> None:
+    own = own_at()
+    near = {deg: peer_at(1.0, 10.0, 20.0, 0.0, 0.2, chi_p=math.radians(deg)) for deg in (14.0, 16.0)}
+    assert [bound_alike(own, p, view(own, p, PARAMS), PARAMS) for p in near.values()] == [1.0, 0.0]
+    for other in (peer_at(1.0, 31.0, 0.0, 0.0), peer_at(1.0, 10.0, 20.0, 0.0, known=0.0)):
+        assert bound_alike(own, other, view(own, other, PARAMS), PARAMS) == 0.0
+
+
+def test_beside_a_boat_bound_alike_a_turn_is_dearer_and_slowing_down_cheaper() -> None:
+    apart, together = ({(c.a, c.factor): c.price for c in candidates(params)} for params in (PARAMS, beside(PARAMS)))
+    assert together[(math.pi, 1.0)] == pytest.approx(4.0)  # 4 / pi^2 of pi^2
+    assert apart[(math.pi, 1.0)] == pytest.approx(0.24 * math.pi**2)
+    assert (apart[(0.0, 0.5)], together[(0.0, 0.5)]) == pytest.approx((0.675, 0.45))
+
+
 def test_the_way_back_takes_the_offset_over_the_speed_across() -> None:
     way = legs(own_at(gamma=-0.5, y_e=4.0), 2.0)
     assert way.t1 == pytest.approx(4.0 / (2.0 * math.sin(0.5)))
@@ -166,7 +215,7 @@ def test_there_are_205_candidates_and_the_plan_comes_first() -> None:
     assert min(c.a for c in table) == pytest.approx(-math.radians(120.0))
     assert max(c.a for c in table) == pytest.approx(math.pi)
     half = next(c for c in table if c.factor == 1.0 and c.a == pytest.approx(-math.pi / 2))
-    assert half.price == pytest.approx(1.0 + 0.15 * math.pi / 2)
+    assert half.price == pytest.approx(0.24 * (math.pi / 2) ** 2 + 0.15 * math.pi / 2)
 
 
 def test_candidate_speeds_respect_the_floor_and_the_slowest_speed() -> None:
