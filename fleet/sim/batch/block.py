@@ -13,7 +13,7 @@ from fleet.hulls import HULLS, STEP_S, HullState, Water
 from fleet.ops import R
 from fleet.sim.batch import draws
 from fleet.sim.batch.draws import Purpose
-from fleet.sim.batch.hearing import TICK_S, Column, Message, age, member, peer, weigh
+from fleet.sim.batch.hearing import TICK_S, Column, Message, age, in_order, member, peer, weigh
 
 STEPS = round(TICK_S / STEP_S)
 CORRELATION_S = 60.0  # of the slow part of the GNSS error
@@ -93,6 +93,10 @@ def decide(block: Block[R], told: tuple[Message[R], ...], now: int, clean: bool,
             weigh(m, column, a, w, block.revision) for (m, column, a), w in zip(all_three, block.weights, strict=True)
         )
         members = [member(m, column, a, w) for (m, column, a), w in zip(all_three, block.weights, strict=True)]
+        peers = [
+            structs.replace(p, ordered=in_order(one, c, block.state.s, block.order.offset, rules.radius_m))
+            for p, one, c in zip(peers, members, block.columns, strict=True)
+        ]
     block.state, d = step(block.state, nav, members, peers, block.order, block.path, rules.method, rules.params, TICK_S)
     block.decision = d
     return Message(

@@ -13,6 +13,8 @@ from fleet.agent.step import PathLike
 from fleet.avoidance.types import Peer
 from fleet.coordination import Member
 from fleet.ops import R
+from fleet.paths import Path
+from fleet.sim.batch.scenarios import ENDLESS
 
 TICK_S = 0.1
 FOLLOW, AVOID, HOLD, ALONE = float(Mode.FOLLOW), float(Mode.AVOID), float(Mode.HOLD), float(Mode.ALONE)
@@ -49,6 +51,7 @@ class Column(Struct, Generic[R], frozen=True, gc=False):
     offset: R  # of its slot [m]
     path: PathLike[R]
     delay_s: R  # of its messages
+    near_m: R  # so far ahead or astern counts as in order: half a lap of the path of both; 0 on another path
 
 
 class Believed(Struct, Generic[R], frozen=True, gc=False):
@@ -147,3 +150,15 @@ def member(message: Message[R], column: Column[R], aged: Believed[R], weight: R)
     """The other boat as one of the formation, its abscissa dead-reckoned."""
     s = message.s + aged.age * (message.vx * message.tx + message.vy * message.ty)
     return Member(weight, s - column.offset)
+
+
+def half_lap_m(path: Path) -> float:
+    """Within so much of their path boats are ahead or astern of each other [m]; without end on an open one."""
+    return 0.5 * path.length if path.closed else ENDLESS
+
+
+def in_order(other: Member[R], column: Column[R], own_s: R, own_offset: R, radius_m: float) -> R:
+    """1 where a boat of the formation, on the own path, is ahead or astern as its slot is."""
+    gap = other.z + column.offset - own_s
+    there = (gap * (column.offset - own_offset) > 0.0) & (abs(gap) > radius_m) & (abs(gap) < column.near_m)
+    return ops.flag(there & (other.weight > 0.0), gap)

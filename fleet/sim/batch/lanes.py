@@ -15,7 +15,7 @@ from fleet.ops import FloatArray
 from fleet.paths.table import PathTable
 from fleet.sim.batch import draws, tally
 from fleet.sim.batch.block import Block, Rules
-from fleet.sim.batch.hearing import TICK_S, Column
+from fleet.sim.batch.hearing import TICK_S, Column, half_lap_m
 from fleet.sim.batch.mail import BatchMail, others
 from fleet.sim.batch.scenarios import IntArray, Scenarios
 from fleet.sim.batch.sea import SHOWN, WATER, Counted, Sea, traced
@@ -65,6 +65,7 @@ class BatchSea(Sea):
         zero = np.zeros(boats * count)
         number = np.repeat(np.arange(boats), count)
         self._member = flat(sc.member)
+        self._half_lap_m = np.array([half_lap_m(p) for p in sc.paths])
         block: Block[Any] = Block(
             hull=HullState(flat(sc.x), flat(sc.y), flat(sc.psi), flat(sc.u), zero, zero, zero, zero),
             state=start(zero, flat(sc.s), rules.method.start(zero, boats - 1)),
@@ -132,6 +133,7 @@ class BatchSea(Sea):
 
     def _column(self, c: int, offset: FloatArray) -> Column[FloatArray]:
         lanes = self._lanes_of(c)
+        path = self._flat(self.scenarios.path)
         return Column(
             number=np.repeat(self._others[c].astype(float), self._shape[1]),
             avoided=self._flat(self.scenarios.avoids),
@@ -139,6 +141,7 @@ class BatchSea(Sea):
             offset=offset[lanes],
             path=self._nowhere,
             delay_s=self._tile(self.scenarios.delay_s),
+            near_m=np.where(path == path[lanes], self._half_lap_m[path], 0.0),
         )
 
     def _lay_paths(self) -> None:

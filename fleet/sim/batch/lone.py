@@ -14,7 +14,7 @@ from fleet.ops import FloatArray
 from fleet.paths import Path
 from fleet.sim.batch import draws, tally
 from fleet.sim.batch.block import Block, Rules
-from fleet.sim.batch.hearing import TICK_S, Column
+from fleet.sim.batch.hearing import TICK_S, Column, half_lap_m
 from fleet.sim.batch.mail import LoneMail, others
 from fleet.sim.batch.scenarios import IntArray, Scenarios
 from fleet.sim.batch.sea import SHOWN, WATER, Counted, Sea, traced
@@ -51,7 +51,15 @@ class LoneSea(Sea):
                 water=water,
                 path=paths[i],
                 columns=tuple(
-                    Column(float(j), avoids[i], self._together(i, j), offset[j], paths[j], delay_s)
+                    Column(
+                        float(j),
+                        avoids[i],
+                        self._together(i, j),
+                        offset[j],
+                        paths[j],
+                        delay_s,
+                        half_lap_m(paths[i]) if sc.path[0, i] == sc.path[0, j] else 0.0,
+                    )
                     for j in self._others[i]
                 ),
                 weights=(0.0,) * (boats - 1),

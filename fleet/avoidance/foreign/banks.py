@@ -1,0 +1,82 @@
+"""Banks and no-go polygons: a course that leads to an edge turns parallel to it in time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Generic
+
+from msgspec import Struct
+
+from fleet import ops
+from fleet.avoidance.foreign.domain import gap
+from fleet.avoidance.foreign.params import ForeignParams
+from fleet.avoidance.foreign.types import Edge
+from fleet.ops import R
+
+FAR_M = 1.0e6
+BLUNT_M = 1.0e-6
+
+
+class Bent(Struct, Generic[R], frozen=True, gc=False):
+    """A course after the banks."""
+
+    cx: R  # unit vector
+    cy: R
+    bent: R  # 1 a bank bends it
+    free: R  # 0 parallel leads to another edge: stop
+
+
+def within(edges: Sequence[Edge], x: float, y: float, reach: float) -> tuple[Edge, ...]:
+    """The edges nearer than `reach` [m] to (x, y), those without length left out."""
+    return tuple(e for e in edges if ops.hypot(e[2] - e[0], e[3] - e[1]) > BLUNT_M and _nearest(x, y, e)[2] < reach)
+
+
+def bend(x: R, y: R, cx: R, cy: R, u: R, r_max: R, edges: Sequence[Edge], params: ForeignParams) -> Bent[R]:
+    """The course (cx, cy) at (x, y), turned parallel to the nearest edge where it leads too near to it.
+
+        parallel within 2 m + 0.6 s u + (1 - cos g) u / r_max of the edge, g the angle between course and edge
+
+    Args:
+        u: speed [m/s]
+        r_max: largest yaw rate [rad/s]
+        edges: those that matter, each with a length
+    """
+    least, nx, ny = ops.full(x, FAR_M), ops.zero(x), ops.zero(x)
+    for edge in edges:
+        dx, dy, d = _nearest(x, y, edge)
+        nearer = d < least
+        least, nx, ny = ops.where(nearer, d, least), ops.where(nearer, dx, nx), ops.where(nearer, dy, ny)
+    per = 1.0 / ops.maximum(least, BLUNT_M)
+    nx, ny = nx * per, ny * per
+    along = cy * nx - cx * ny  # of the tangent (-ny, nx)
+    room = params.bank_m + params.bank_s * u + (1.0 - abs(along)) * u / r_max
+    bent = (cx * nx + cy * ny > 0.0) & (least < room)
+    way = ops.where(along < 0.0, -1.0, ops.full(x, 1.0))
+    cx, cy = ops.where(bent, -ny * way, cx), ops.where(bent, nx * way, cy)
+    free = ops.full(x, 1.0)
+    if len(edges) > 1 and ops.some(bent):
+        ahead = params.bank_m + params.bank_s * u + u / r_max
+        clear = ashore(x, y, x + ahead * cx, y + ahead * cy, edges, params.ashore_m) < 0.5
+        free = ops.flag(ops.no(bent) | clear, x)
+    return Bent(cx, cy, ops.flag(bent, x), free)
+
+
+def ashore(x0: R, y0: R, x1: R, y1: R, edges: Sequence[Edge], near: float) -> R:
+    """1 where the leg from (x0, y0) to (x1, y1) comes nearer than `near` [m] to an edge, or crosses it."""
+    hit = ops.zero(x0)
+    for ax, ay, bx, by in edges:
+        long = ops.hypot(bx - ax, by - ay)
+        ex, ey = (bx - ax) / long, (by - ay) / long
+        px, py, qx, qy = x0 - ax, y0 - ay, x1 - ax, y1 - ay
+        d, _ = gap(px * ex + py * ey, py * ex - px * ey, qx * ex + qy * ey, qy * ex - qx * ey, 0.0, long)
+        hit = ops.where(d < near, 1.0, hit)
+    return hit
+
+
+def _nearest(x: R, y: R, edge: Edge) -> tuple[R, R, R]:
+    """(dx, dy, distance) to the nearest point of an edge [m]."""
+    ax, ay, bx, by = edge
+    ex, ey = bx - ax, by - ay
+    share = ops.clip(((x - ax) * ex + (y - ay) * ey) / (ex * ex + ey * ey), 0.0, 1.0)
+    dx, dy = ax + share * ex - x, ay + share * ey - y
+    return dx, dy, ops.hypot(dx, dy)

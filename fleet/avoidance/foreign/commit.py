@@ -1,0 +1,201 @@
+"""Begin to act, hold the alteration, change it when it fails, resume when the path is clear."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from msgspec import Struct, structs
+
+from fleet.avoidance.foreign.decision import choose, speed
+from fleet.avoidance.foreign.encounter import due, earliest, reason, role, watched
+from fleet.avoidance.foreign.params import ForeignParams
+from fleet.avoidance.foreign.rollout import (
+    Way,
+    entry,
+    holding,
+    left_to_turn,
+    motion,
+)
+from fleet.avoidance.foreign.types import (
+    FOLLOW_PATH,
+    NEVER_S,
+    Action,
+    Boat,
+    Edge,
+    Encounter,
+    Mate,
+    Memory,
+    Reason,
+    Role,
+)
+from fleet.avoidance.foreign.watch import Picture
+
+TICK_S = 1.0e-9
+
+
+def decide(
+    boats: Sequence[Boat],
+    mates: Sequence[Mate],
+    picture: Picture,
+    memory: Memory,
+    params: ForeignParams,
+    now: float,
+) -> Memory:
+    """Begin to act, hold, change the action, or resume."""
+    new = [e for e in picture.encounters if due(e, params) and e.acting < 0.5]
+    memory = latch(memory, new)
+    if memory.ordered.acting < 0.5:
+        first = earliest([e for e in memory.encounters if due(e, params)])
+        if first is None:
+            return memory
+        return act(boats, mates, picture, memory, first.number, reason(first), params, now)
+    numbers = watched(memory.encounters)
+    free = all(e.entry >= NEVER_S for e in memory.encounters if e.number in numbers)
+    memory = structs.replace(memory, free_s=memory.free_s + params.period_s if free else 0.0)
+    if memory.free_s >= params.clear_s:
+        return _resume(boats, memory, params, now)
+    memory = _alongside(boats, picture, memory, params)
+    if memory.beside_s >= params.beside_s:
+        return _go_on_beside(boats, picture, memory, params, now)
+    first = earliest([e for e in memory.encounters if e.number in numbers])
+    if first is not None and memory.target >= 0.0 and all(e.number != memory.target for e in memory.encounters):
+        return act(boats, mates, picture, memory, first.number, Reason.PASSED, params, now)
+    if first is not None and now - memory.decided_s >= params.review_s:
+        return act(boats, mates, picture, memory, first.number, Reason.REVIEW, params, now)
+    failure = _fails(boats, picture, memory, new, params, now)
+    if failure is None:
+        return structs.replace(memory, bad_s=0.0)
+    if failure.number >= 0.0:
+        memory = structs.replace(memory, bad_s=memory.bad_s + params.period_s)
+    least = params.held_urgent_s if failure.entry < params.urgent_s else params.held_least_s
+    ready = now - memory.decided_s + TICK_S >= least
+    sure = memory.bad_s >= params.held_bad_s or failure.cause is Reason.BANK
+    if failure.cause is Reason.NEW_TARGET or (ready and sure):
+        return act(boats, mates, picture, memory, failure.number, failure.cause, params, now)
+    return memory
+
+
+class Failure(Struct, frozen=True, gc=False):
+    """The held action does not keep clear of a vessel, or of a bank."""
+
+    number: float  # of the vessel, -1 a bank
+    entry: float  # time until it is too near [s]
+    cause: Reason
+
+
+def _fails(
+    boats: Sequence[Boat],
+    picture: Picture,
+    memory: Memory,
+    new: Sequence[Encounter],
+    params: ForeignParams,
+    now: float,
+) -> Failure | None:
+    """What the held action fails on: nearer than 0.85 C, growth halved, within T_gw (T_so where we stand on)."""
+    action = memory.ordered
+    if now + TICK_S < action.at:
+        return None
+    horizon = max((d.T_gw for d in picture.domains), default=0.0)
+    ways = [_held(boat, action, memory.turning, picture.edges, horizon, params) for boat in boats]
+    fresh = {e.number for e in new}
+    passive = {e.number for e in picture.encounters if e.acting < 0.5 and role(e.kind) == Role.STAND_ON}
+    worst: Failure | None = None
+    for d in picture.domains:
+        until = d.T_so if d.number in passive else d.T_gw
+        t = min(entry(way, d, until, params.held_factor, 0.5, params.opening_s) for way in ways)
+        if t < NEVER_S and (worst is None or t < worst.entry):
+            worst = Failure(d.number, t, Reason.NEW_TARGET if d.number in fresh else Reason.HELD_FAILS)
+    if worst is None and memory.banked > 0.5:
+        return Failure(-1.0, NEVER_S, Reason.BANK)
+    return worst
+
+
+def _held(
+    boat: Boat, action: Action, turning: float, edges: Sequence[Edge], horizon: float, params: ForeignParams
+) -> Way[float]:
+    """The way of a boat that goes on with the action."""
+    left = left_to_turn(boat.chi, action.cx, action.cy, action.sense if turning > 0.5 else 0.0)
+    u_d = speed(boat, action.factor)
+    return holding(motion(boat), left, action.cx, action.cy, u_d, edges, horizon, params)
+
+
+def _alongside(boats: Sequence[Boat], picture: Picture, memory: Memory, params: ForeignParams) -> Memory:
+    """Count how long the course of the path has been clear beside the path, while the path itself is not."""
+    if memory.ordered.a == 0.0 or memory.ordered.at > memory.due_s:
+        return structs.replace(memory, beside_s=0.0)
+    beside = _beside(picture)
+    horizon = max(d.H for d in picture.domains)
+    ways = [_held(boat, beside, 0.0, picture.edges, horizon, params) for boat in boats]
+    clear = all(
+        entry(way, d, d.H, params.acting_factor, 1.0, params.opening_s) >= NEVER_S
+        for way in ways
+        for d in picture.domains
+    )
+    return structs.replace(memory, beside_s=memory.beside_s + params.period_s if clear else 0.0)
+
+
+def _beside(picture: Picture) -> Action:
+    """Course of the path at cruise speed, beside it."""
+    return Action(1.0, 0.0, 1.0, picture.own.ex, picture.own.ey, 0.0, 0.0)
+
+
+def _go_on_beside(boats: Sequence[Boat], picture: Picture, memory: Memory, params: ForeignParams, now: float) -> Memory:
+    """Far enough to the side: pass on the course of the path instead of leaving it ever farther."""
+    return _ordered(boats, _beside(picture), memory, memory.target, Reason.BESIDE, params, now)
+
+
+def latch(memory: Memory, new: Sequence[Encounter]) -> Memory:
+    """We act for these now."""
+    if not new:
+        return memory
+    numbers = {e.number for e in new}
+    encounters = tuple(structs.replace(e, acting=1.0) if e.number in numbers else e for e in memory.encounters)
+    return structs.replace(memory, encounters=encounters)
+
+
+def act(
+    boats: Sequence[Boat],
+    mates: Sequence[Mate],
+    picture: Picture,
+    memory: Memory,
+    target: float,
+    cause: Reason,
+    params: ForeignParams,
+    now: float,
+) -> Memory:
+    """Decide; the same alteration as before only starts the waiting anew."""
+    held = memory.ordered
+    found = choose(boats, picture.own, picture.domains, memory.encounters, mates, picture.edges, held, params)
+    if held.acting > 0.5 and found.a == held.a and found.factor == held.factor:
+        return structs.replace(memory, decided_s=now, bad_s=0.0, free_s=0.0, beside_s=0.0, target=target)
+    return _ordered(boats, found, memory, target, cause, params, now)
+
+
+def _resume(boats: Sequence[Boat], memory: Memory, params: ForeignParams, now: float) -> Memory:
+    """Back to the path, and to cruise speed."""
+    memory = structs.replace(memory, encounters=tuple(structs.replace(e, count=0.0) for e in memory.encounters))
+    return _ordered(boats, FOLLOW_PATH, memory, -1.0, Reason.CLEAR, params, now)
+
+
+def _ordered(
+    boats: Sequence[Boat],
+    action: Action,
+    memory: Memory,
+    target: float,
+    cause: Reason,
+    params: ForeignParams,
+    now: float,
+) -> Memory:
+    """A new decision; a formation sails it a moment later, when all have heard of it."""
+    latency = params.latency_s if len(boats) > 1 else 0.0
+    return structs.replace(
+        memory,
+        ordered=structs.replace(action, at=now + latency),
+        decided_s=now,
+        bad_s=0.0,
+        free_s=0.0,
+        beside_s=0.0,
+        serial=memory.serial + 1.0,
+        target=target,
+        reason=float(cause),
+    )

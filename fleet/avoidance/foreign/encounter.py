@@ -1,0 +1,146 @@
+"""One vessel that meets us: its class, who keeps clear, on which side, when to act, and when it is over."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from msgspec import Struct, structs
+
+from fleet import ops
+from fleet.avoidance.foreign.domain import Domain
+from fleet.avoidance.foreign.params import ForeignParams
+from fleet.avoidance.foreign.types import NEVER_S, Boat, Encounter, Kind, Reason, Role
+
+ABAFT = 0.3826834323650898  # sin 22.5 deg: two points abaft the beam
+AHEAD = 0.9238795325112867  # cos 22.5 deg
+OPPOSITE = 0.9659258262890683  # cos 15 deg
+CONFIRM_DOWN_S = 1.0  # a look that sees no need takes this from the count
+ALIKE_MPS = 1.0e-9
+
+_GIVE_WAY = (float(Kind.STATIC), float(Kind.OVERTAKING), float(Kind.HEAD_ON), float(Kind.CROSSING_GIVE_WAY))
+BY_STARBOARD = (float(Kind.HEAD_ON), float(Kind.CROSSING_GIVE_WAY))
+"""Rules 14 and 15: the way that turns to port is closed."""
+
+
+class Bearing(Struct, frozen=True, gc=False):
+    """The plan of the boat that decides: where it is and the velocity it intends."""
+
+    x: float
+    y: float
+    ex: float  # unit vector of the path's course
+    ey: float
+    cruise: float  # [m/s]
+    vx: float  # true velocity over ground [m/s]
+    vy: float
+
+
+def bearing(boat: Boat) -> Bearing:
+    """Of one boat."""
+    point = boat.path.at(boat.s)
+    s, c = ops.sincos(boat.chi)
+    return Bearing(boat.x, boat.y, point.tx, point.ty, boat.cruise, boat.U * c, boat.U * s)
+
+
+def role(kind: float) -> Role:
+    """Who keeps clear."""
+    if kind == Kind.NONE:
+        return Role.NONE
+    return Role.GIVE_WAY if kind in _GIVE_WAY else Role.STAND_ON
+
+
+def classify(own: Bearing, d: Domain, params: ForeignParams) -> tuple[float, float]:
+    """(Kind, wanted side) of a vessel for a boat that sails its path at cruise speed.
+
+    Angles from the bow of each to the other, and between the courses; the first rule that fits.
+
+    Source: COLREGS rules 13 (two points abaft the beam), 14, 15.
+    """
+    px, py = d.x - own.x, d.y - own.y
+    per = 1.0 / ops.maximum(ops.hypot(px, py), ALIKE_MPS)
+    g = d.guesses[0]
+    fo = (px * own.ex + py * own.ey) * per
+    ft = -(px * g.ex + py * g.ey) * per
+    ee = own.ex * g.ex + own.ey * g.ey
+    wx, wy = own.cruise * own.ex - g.vx, own.cruise * own.ey - g.vy
+    miss = (px * wy - py * wx) / ops.maximum(ops.hypot(wx, wy), ALIKE_MPS)
+    passing = 1.0 if miss > -params.overtaking_miss_m else -1.0
+    if d.slow > 0.5:
+        return float(Kind.STATIC), passing
+    if ft < -ABAFT and own.cruise > d.U * max(ee, 0.0):
+        return float(Kind.OVERTAKING), passing
+    if fo < -ABAFT and own.cruise < d.U:
+        return float(Kind.OVERTAKEN), -1.0 if miss < 0.0 else 1.0
+    if ee < -OPPOSITE and fo > AHEAD and ft > AHEAD:
+        return float(Kind.HEAD_ON), 1.0
+    if own.ex * py - own.ey * px >= 0.0:
+        return float(Kind.CROSSING_GIVE_WAY), 1.0
+    return float(Kind.CROSSING_STAND_ON), 0.0
+
+
+def look(
+    before: Encounter | None, own: Bearing, d: Domain, entry: float, boat_acts: bool, params: ForeignParams
+) -> Encounter | None:
+    """The encounter after one more look, `params.period_s` after the last one; None while there is none.
+
+    Args:
+        before: as it was, None for a vessel without risk so far
+        entry: earliest entry into its domain on the paths, NEVER_S none [s]
+        boat_acts: we do not follow our path now
+    """
+    risk = entry < NEVER_S
+    if before is None:
+        if not risk:
+            return None
+        kind, side = classify(own, d, params)
+        g = d.guesses[0]
+        before = Encounter(d.number, kind, side, g.ex, g.ey, 0.0, 0.0, 0.0, 0.0, entry)
+    elif _turned(before, d, params):
+        kind, side = classify(own, d, params)
+        g = d.guesses[0]
+        before = structs.replace(before, kind=kind, side=0.0 if boat_acts else side, ex=g.ex, ey=g.ey)
+    dt, g = params.period_s, d.guesses[0]
+    px, py = d.x - own.x, d.y - own.y
+    opening = px * (own.vx - g.vx) + py * (own.vy - g.vy) < 0.0
+    clear = before.clear + dt if opening and not risk else 0.0
+    calm = 0.0 if risk else before.calm + dt
+    if clear >= params.clear_s or (before.acting < 0.5 and calm >= params.calm_s):
+        return None
+    near = ops.hypot(px, py) < params.near_m
+    due = entry < d.T_gw or (risk and near) if role(before.kind) == Role.GIVE_WAY else entry < d.T_so
+    count = min(before.count + dt, params.confirm_s) if due else max(before.count - CONFIRM_DOWN_S, 0.0)
+    if due and entry < params.urgent_s:
+        count = params.confirm_s
+    return structs.replace(before, count=count, clear=clear, calm=calm, entry=entry)
+
+
+def _turned(before: Encounter, d: Domain, params: ForeignParams) -> bool:
+    """Its course is another one than that at which it was classified, or it has got under way or stopped."""
+    if d.slow > 0.5:
+        return False
+    g = d.guesses[0]
+    off = abs(ops.atan2(before.ex * g.ey - before.ey * g.ex, before.ex * g.ex + before.ey * g.ey))
+    return off > params.turned_rad + 2.0 * d.sigma_v / d.U
+
+
+def due(encounter: Encounter, params: ForeignParams) -> bool:
+    """To act for it is due, and confirmed."""
+    return encounter.count >= params.confirm_s
+
+
+def reason(encounter: Encounter) -> Reason:
+    """Why we act for it."""
+    return Reason.GIVE_WAY if role(encounter.kind) == Role.GIVE_WAY else Reason.STAND_ON
+
+
+def watched(encounters: Sequence[Encounter]) -> tuple[float, ...]:
+    """Numbers of those whose risk keeps the boat off its path: acted for, or ours to keep clear of."""
+    return tuple(e.number for e in encounters if e.acting > 0.5 or role(e.kind) == Role.GIVE_WAY)
+
+
+def earliest(encounters: Sequence[Encounter]) -> Encounter | None:
+    """The one that is entered first, the lowest number of equals; None without risk."""
+    best = None
+    for e in encounters:
+        if e.entry < NEVER_S and (best is None or e.entry < best.entry):
+            best = e
+    return best

@@ -1,0 +1,260 @@
+"""Where the own boat is and how it moves, from sensors that are noisy, late, wrong at times, or gone.
+
+Two filters: position and velocity (constant velocity, which turns with the boat), and heading. Sensors give values with
+a 1-sigma error and an age; one that has nothing gives NaN. All values are floats.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from msgspec import Meta, Struct, structs
+
+from fleet import ops
+
+Positive = Annotated[float, Meta(gt=0.0)]
+
+
+class FusionParams(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Tuning of the fusion."""
+
+    q: Positive = 0.02  # spectral density of the acceleration [m2/s3]
+    sigma_m: Positive = 0.02  # no position is taken to be better
+    sigma_mps: Positive = 0.02
+    sigma_rad: Positive = 0.005
+    start_mps: Positive = 2.0  # of a velocity not measured
+    gate: Positive = 5.0  # sigmas; what is farther off is an outlier
+    gate_s: Positive = 3.0  # outliers only, for so long: then it is the filter that was wrong
+    old_s: Positive = 0.5  # a value older than this is not used
+    reckon_s: Positive = 10.0  # without a fix, then the position is unknown
+    most_m: Positive = 5.0  # so uncertain, it is unknown
+    rate_low_pass_s: Positive = 0.5  # of a yaw rate from headings
+    drift_rad2ps: Positive = 1e-4  # variance that the heading gains a second on the yaw rate alone [rad2/s]
+    blind_rad2ps: Positive = 1e-2  # and without the yaw rate
+    course_mps: Positive = 0.3  # slower boats have no course to take the heading from
+    leeway_rad: Positive = 0.1  # 1 sigma between heading and course
+    most_rad: Positive = 0.5  # so uncertain, the heading is unknown
+
+
+class Sensors(Struct, frozen=True, gc=False):
+    """What the sensors say; NaN where one has nothing new. Ages are at the time of the call."""
+
+    x: float  # north [m]
+    y: float  # east [m]
+    sigma: float  # 1-sigma error of the position per axis, as the receiver knows it [m]
+    vx: float  # velocity over ground, north [m/s]
+    vy: float  # east [m/s]
+    sigma_v: float  # 1-sigma error per axis [m/s]
+    fix_age: float  # of position and velocity [s]
+    psi: float  # heading [rad]
+    sigma_psi: float  # [rad]
+    psi_age: float  # [s]
+    r: float  # yaw rate, + to starboard [rad/s]
+    r_age: float  # [s]
+
+
+class Fused(Struct, frozen=True, gc=False):
+    """What is known, and remembered from tick to tick."""
+
+    x: float  # north [m]
+    y: float  # east [m]
+    vx: float  # velocity over ground, north [m/s]
+    vy: float  # east [m/s]
+    P11: float  # variance of the position per axis [m2]
+    P12: float  # its covariance with the velocity [m2/s]
+    P22: float  # variance of the velocity per axis [m2/s2]
+    psi: float  # heading [rad]
+    P_psi: float  # its variance [rad2]; inf: never known
+    r: float  # yaw rate [rad/s]
+    told: float  # 1-sigma error of the last fix as the receiver knew it [m]
+    no_fix: float  # seconds without a fix that was believed; inf: never
+    no_heading: float  # seconds without a heading from the compass
+    no_rate: float  # seconds without a yaw rate from the gyro
+    refused: float  # seconds for which every fix has been an outlier
+    outliers: float  # fixes and headings refused, all together
+    last_psi: float  # last heading of the compass, for the yaw rate; NaN none [rad]
+
+    @property
+    def sigma(self) -> float:
+        """1-sigma error of the position per axis [m].
+
+        Never less than the receiver says: its errors last for minutes, and no mean of fixes takes them away.
+        """
+        return max(ops.sqrt(self.P11), self.told)
+
+    @property
+    def sigma_v(self) -> float:
+        """1-sigma error of the velocity per axis [m/s]."""
+        return ops.sqrt(self.P22)
+
+
+NOTHING = Fused(
+    0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, math.inf, 0.0, 0.0, math.inf, math.inf, math.inf, 0.0, 0.0, math.nan
+)
+"""Before the first fix."""
+PARAMS = FusionParams()
+
+
+def known(fused: Fused, params: FusionParams = PARAMS) -> bool:
+    """Whether position and heading are known well enough to sail by."""
+    return (
+        fused.no_fix <= params.reckon_s and fused.sigma <= params.most_m and fused.P_psi <= params.most_rad**2
+    )  # fmt: skip
+
+
+def fuse(fused: Fused, sensors: Sensors, dt: float, params: FusionParams = PARAMS) -> Fused:
+    """What is known after one more look at the sensors.
+
+    What is lost with a sensor:
+        GNSS: position and velocity are reckoned, the velocity turning with the boat, with a growing error; unknown
+            after 10 s or beyond 5 m.
+        Heading: reckoned with the yaw rate, and corrected by the course over ground above 0.3 m/s.
+        Yaw rate: from the differences of headings, low-passed; it lags by half a second.
+
+    Args:
+        fused: what was known before
+        sensors: what they say now
+        dt: time since the look before [s]
+        params: tuning
+    """
+    fused = _heading(_rate(fused, sensors, dt, params), sensors, dt, params)
+    fused = _predicted(fused, dt, params)
+    if math.isfinite(sensors.x + sensors.y + sensors.sigma) and 0.0 <= sensors.fix_age <= params.old_s:
+        fused = _fixed(fused, sensors, dt, params)
+    else:
+        fused = structs.replace(fused, no_fix=fused.no_fix + dt)
+    return _course(fused, dt, params)
+
+
+def _rate(fused: Fused, sensors: Sensors, dt: float, params: FusionParams) -> Fused:
+    """The yaw rate: from the gyro, else from headings."""
+    if math.isfinite(sensors.r) and sensors.r_age <= params.old_s:
+        return structs.replace(fused, r=sensors.r, no_rate=0.0, last_psi=_fresh_heading(fused, sensors, params))
+    no_rate = fused.no_rate + dt
+    fresh = _fresh_heading(fused, sensors, params)
+    if no_rate <= params.old_s:
+        return structs.replace(fused, no_rate=no_rate, last_psi=fresh)
+    turned = ops.wrap(fresh - fused.last_psi) / dt if math.isfinite(fresh + fused.last_psi) else 0.0
+    r = fused.r + (turned - fused.r) * dt / (params.rate_low_pass_s + dt)
+    return structs.replace(fused, r=r, no_rate=no_rate, last_psi=fresh)
+
+
+def _fresh_heading(fused: Fused, sensors: Sensors, params: FusionParams) -> float:
+    """The compass's heading, the one before where it has nothing new [rad]."""
+    return sensors.psi if math.isfinite(sensors.psi) and sensors.psi_age <= params.old_s else fused.last_psi
+
+
+def _heading(fused: Fused, sensors: Sensors, dt: float, params: FusionParams) -> Fused:
+    """Kalman filter of the heading, turned by the yaw rate."""
+    sure = fused.no_rate <= params.old_s or fused.no_heading <= params.old_s
+    P = fused.P_psi + (params.drift_rad2ps if sure else params.blind_rad2ps) * dt
+    psi = ops.wrap(fused.psi + fused.r * dt)
+    if not (math.isfinite(sensors.psi) and sensors.psi_age <= params.old_s):
+        return structs.replace(fused, psi=psi, P_psi=P, no_heading=fused.no_heading + dt)
+    measured = sensors.psi + fused.r * sensors.psi_age
+    R = max(sensors.sigma_psi, params.sigma_rad) ** 2
+    if not math.isfinite(P) or fused.no_heading > params.gate_s:
+        return structs.replace(fused, psi=ops.wrap(measured), P_psi=R, no_heading=0.0)
+    off = ops.wrap(measured - psi)
+    if off * off > params.gate**2 * (P + R):
+        return structs.replace(
+            fused, psi=psi, P_psi=P, no_heading=fused.no_heading + dt, outliers=fused.outliers + 1.0
+        )  # fmt: skip
+    K = P / (P + R)
+    return structs.replace(fused, psi=ops.wrap(psi + K * off), P_psi=P - K * P, no_heading=0.0)
+
+
+def _predicted(fused: Fused, dt: float, params: FusionParams) -> Fused:
+    """Position and velocity a step later; the velocity turns with the boat."""
+    if not math.isfinite(fused.no_fix):
+        return fused
+    s, c = ops.sincos(fused.r * dt)
+    vx, vy = c * fused.vx - s * fused.vy, s * fused.vx + c * fused.vy
+    return structs.replace(
+        fused,
+        x=fused.x + 0.5 * (fused.vx + vx) * dt,
+        y=fused.y + 0.5 * (fused.vy + vy) * dt,
+        vx=vx,
+        vy=vy,
+        P11=fused.P11 + dt * (2.0 * fused.P12 + dt * (fused.P22 + params.q * dt / 3.0)),
+        P12=fused.P12 + dt * (fused.P22 + 0.5 * params.q * dt),
+        P22=fused.P22 + params.q * dt,
+    )
+
+
+def _fixed(fused: Fused, sensors: Sensors, dt: float, params: FusionParams) -> Fused:
+    """After a fix: position, and velocity where the receiver measures it; unless it is an outlier."""
+    R = max(sensors.sigma, params.sigma_m) ** 2
+    knows_v = math.isfinite(sensors.vx + sensors.vy)
+    vx, vy = (sensors.vx, sensors.vy) if knows_v else (fused.vx, fused.vy)
+    x, y = sensors.x + vx * sensors.fix_age, sensors.y + vy * sensors.fix_age
+    dx, dy = x - fused.x, y - fused.y
+    first = not math.isfinite(fused.no_fix)
+    outlier = not first and dx * dx + dy * dy > params.gate**2 * 2.0 * (fused.P11 + R)
+    if outlier and fused.refused + dt < params.gate_s and fused.no_fix + dt < params.reckon_s:
+        return structs.replace(
+            fused, no_fix=fused.no_fix + dt, refused=fused.refused + dt, outliers=fused.outliers + 1.0
+        )  # fmt: skip
+    if first or outlier:
+        sigma_v = max(sensors.sigma_v, params.sigma_mps) if knows_v else params.start_mps
+        start = (vx, vy) if knows_v else (0.0, 0.0)
+        return structs.replace(
+            fused, x=x, y=y, vx=start[0], vy=start[1], P11=R, P12=0.0, P22=sigma_v * sigma_v,
+            told=sensors.sigma, no_fix=0.0, refused=0.0,
+        )  # fmt: skip
+    fused = structs.replace(_by_position(fused, dx, dy, R), told=sensors.sigma, no_fix=0.0, refused=0.0)
+    if knows_v:
+        fused = _by_velocity(fused, sensors.vx, sensors.vy, max(sensors.sigma_v, params.sigma_mps) ** 2, params)
+    return fused
+
+
+def _by_position(fused: Fused, dx: float, dy: float, R: float) -> Fused:
+    """Kalman update by a position that is off by (dx, dy) [m]."""
+    K1, K2 = fused.P11 / (fused.P11 + R), fused.P12 / (fused.P11 + R)
+    return structs.replace(
+        fused,
+        x=fused.x + K1 * dx,
+        y=fused.y + K1 * dy,
+        vx=fused.vx + K2 * dx,
+        vy=fused.vy + K2 * dy,
+        P11=fused.P11 - K1 * fused.P11,
+        P12=fused.P12 - K1 * fused.P12,
+        P22=fused.P22 - K2 * fused.P12,
+    )
+
+
+def _by_velocity(fused: Fused, vx: float, vy: float, R: float, params: FusionParams) -> Fused:
+    """Kalman update by a velocity [m/s]; an outlier counts for nothing."""
+    dx, dy = vx - fused.vx, vy - fused.vy
+    if dx * dx + dy * dy > params.gate**2 * 2.0 * (fused.P22 + R):
+        return structs.replace(fused, outliers=fused.outliers + 1.0)
+    K1, K2 = fused.P12 / (fused.P22 + R), fused.P22 / (fused.P22 + R)
+    return structs.replace(
+        fused,
+        x=fused.x + K1 * dx,
+        y=fused.y + K1 * dy,
+        vx=fused.vx + K2 * dx,
+        vy=fused.vy + K2 * dy,
+        P11=fused.P11 - K1 * fused.P12,
+        P12=fused.P12 - K1 * fused.P22,
+        P22=fused.P22 - K2 * fused.P22,
+    )
+
+
+def _course(fused: Fused, dt: float, params: FusionParams) -> Fused:
+    """Without a compass the course over ground stands for the heading, once the boat moves: one value a second.
+
+    Leeway does not go away in the mean: the heading never gets surer than it.
+    """
+    speed = ops.hypot(fused.vx, fused.vy)
+    if fused.no_heading <= params.old_s or speed < params.course_mps or fused.no_fix > params.old_s:
+        return fused
+    chi = ops.atan2(fused.vy, fused.vx)
+    leeway = params.leeway_rad * params.leeway_rad
+    R = leeway + fused.P22 / (speed * speed)
+    if not math.isfinite(fused.P_psi):
+        return structs.replace(fused, psi=chi, P_psi=R)
+    K = fused.P_psi / (fused.P_psi + R / min(dt, 1.0))
+    psi = ops.wrap(fused.psi + K * ops.wrap(chi - fused.psi))
+    return structs.replace(fused, psi=psi, P_psi=max(fused.P_psi - K * fused.P_psi, leeway))

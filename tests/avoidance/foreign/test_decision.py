@@ -1,0 +1,118 @@
+"""Which alteration is chosen, and that leaving candidates out does not change it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import pytest
+from msgspec import structs
+
+from fleet.avoidance.foreign import FOLLOW_PATH, Action, Boat, Edge, Encounter
+from fleet.avoidance.foreign import decision as decisions
+from fleet.avoidance.foreign.decision import candidates, choose
+from fleet.avoidance.foreign.domain import domain
+from fleet.avoidance.foreign.encounter import bearing, look
+from fleet.avoidance.foreign.rollout import entry as entry_of
+from fleet.avoidance.foreign.rollout import following
+from fleet.sensing import Target
+
+from .scenes import P, boat, meeting, target
+
+
+def chosen(
+    targets: Sequence[Target],
+    boats: Sequence[Boat] = (boat(),),
+    held: Action = FOLLOW_PATH,
+    edges: Sequence[Edge] = (),
+    acting: float = 1.0,
+) -> Action:
+    """The alteration for these vessels, all of them met."""
+    own, domains = bearing(boats[0]), [domain(t, 1.0, 0.0, P) for t in targets]
+    way = following(boats[0], 200.0, P)
+    met: list[Encounter] = []
+    for d in domains:
+        found = look(None, own, d, entry_of(way, d, d.H, 1.0, 1.0, 0.0), False, P)
+        if found is not None:
+            met.append(structs.replace(found, acting=acting))
+    return choose(boats, own, domains, met, (), edges, held, P)
+
+
+def test_nothing_smaller_than_30_degrees_or_half_the_speed_is_tried() -> None:
+    table = candidates(1.5, P)
+    assert len(table) == 63
+    assert all(abs(c.a) >= math.radians(30.0) - 1e-9 or c.factor <= 0.5 or c.a == 0.0 for c in table)
+    assert {round(math.degrees(c.a)) for c in table if c.sense == 1.0} == {150, 180, 210, 240}
+    assert all(c.a != 0.0 for c in table if c.factor == 1.5)
+    assert len(candidates(1.0, P)) == 43  # who cruises at full speed has no emergency speed
+
+
+def test_the_smallest_turn_to_starboard_that_clears_a_vessel_ahead() -> None:
+    action = chosen([meeting(180.0, 3.0, 40.0)])
+    assert (action.a, action.factor) == (math.radians(30.0), 1.0)
+    assert (action.cx, action.cy) == (pytest.approx(math.cos(action.a)), pytest.approx(math.sin(action.a)))
+
+
+def test_the_courses_are_relative_to_the_path_not_to_the_bow() -> None:
+    turned = chosen([meeting(180.0, 3.0, 40.0)], (boat(chi=0.2),))
+    assert turned.cy == pytest.approx(0.5)
+
+
+def test_a_vessel_to_port_that_does_not_give_way_is_not_met_by_a_turn_to_port() -> None:
+    """Rule 17 c. The vessel passes ahead of us to starboard: to port behind it would be shorter."""
+    crossing = meeting(90.0, 3.0, 22.0)
+    assert chosen([crossing]).a >= 0.0 or chosen([crossing]).factor == 0.0
+    free = chosen([structs.replace(crossing, number=3.0)], acting=0.0)
+    assert free.a < 0.0 or free == chosen([crossing])
+
+
+def test_a_bank_to_starboard_closes_the_turn_that_would_lead_there() -> None:
+    t = [meeting(180.0, 2.0, 60.0)]
+    assert chosen(t).a > 0.0
+    ashore = chosen(t, edges=((-500.0, 1.5, 500.0, 1.5),))
+    assert ashore.a <= 0.0
+
+
+def test_an_action_that_serves_is_not_changed() -> None:
+    held = structs.replace(chosen([meeting(180.0, 3.0, 40.0)]), at=0.0)
+    later = [meeting(180.0, 3.0, 38.0)]
+    turned = (boat(chi=held.a),)
+    again = chosen(later, turned, held)
+    assert (again.a, again.factor) == (held.a, held.factor)
+
+
+SCENES = [
+    ([meeting(180.0, 3.0, 40.0)], 1),
+    ([meeting(-90.0, 5.0, 30.0), meeting(150.0, 3.0, 35.0, number=2.0)], 1),
+    ([meeting(60.0 * k - 170.0, 2.0 + k, 20.0 + k, number=float(k)) for k in range(6)], 1),
+    ([meeting(-90.0, 4.0, 35.0, 60.0), target(60.0, 20.0, number=2.0)], 4),
+    ([meeting(60.0 * k - 170.0, 2.0 + k, 25.0 + k, number=float(k)) for k in range(4)], 3),
+]
+
+
+@pytest.mark.parametrize(("targets", "count"), SCENES)
+def test_leaving_dear_candidates_out_changes_nothing(
+    targets: list[Target], count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    boats = tuple(boat(x=12.0 * k, y=3.0 * k) for k in range(count))
+    few = chosen(targets, boats)
+    monkeypatch.setattr(decisions, "LEAST_AT_ONCE", 1)
+    monkeypatch.setattr(decisions, "AT_ONCE", 1)
+    one_by_one = chosen(targets, boats)
+    monkeypatch.setattr(decisions, "LEAST_AT_ONCE", 1000)
+    assert few == one_by_one == chosen(targets, boats)
+
+
+def test_every_boat_of_a_formation_counts() -> None:
+    """The alteration of a leader clears the boat that is 40 m to starboard of it, too."""
+    t = [meeting(180.0, 3.0, 50.0)]
+    assert chosen(t).a == math.radians(30.0)
+    abreast = chosen(t, (boat(), boat(y=-40.0)))
+    assert (abreast.a, abreast.factor) != (math.radians(30.0), 1.0)
+
+
+def test_with_no_way_out_the_least_bad_one_is_taken() -> None:
+    ring = [meeting(40.0 * k - 160.0, 6.0, 6.0, 60.0, float(k)) for k in range(9)]
+    action = chosen(ring)
+    assert action.acting == 1.0
+    assert chosen(ring) == action

@@ -1,0 +1,122 @@
+"""Classes, sides, roles, and when an encounter is over."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from msgspec import structs
+
+from fleet.avoidance.foreign import NEVER_S, Boat, Encounter, Kind, Role
+from fleet.avoidance.foreign.domain import domain
+from fleet.avoidance.foreign.encounter import bearing, classify, due, look, role
+from fleet.sensing import Target
+
+from .scenes import P, boat, target
+
+OWN = bearing(boat())
+
+
+def kind_of(t: Target, own: Boat | None = None) -> tuple[Kind, float]:
+    kind, side = classify(bearing(own) if own is not None else OWN, domain(t, 1.0, 0.0, P), P)
+    return Kind(int(kind)), side
+
+
+@pytest.mark.parametrize(
+    ("t", "kind", "side"),
+    [
+        (target(200.0, 0.0, 180.0, 3.0), Kind.HEAD_ON, 1.0),
+        (target(200.0, 0.0, 166.0, 3.0), Kind.HEAD_ON, 1.0),
+        (target(200.0, 0.0, 164.0, 3.0), Kind.CROSSING_GIVE_WAY, 1.0),  # 16 deg off the opposite course
+        (target(100.0, 100.0, -90.0, 3.0), Kind.CROSSING_GIVE_WAY, 1.0),
+        (target(100.0, -100.0, 90.0, 3.0), Kind.CROSSING_STAND_ON, 0.0),
+        (target(100.0, 0.0, 0.0, 0.5), Kind.OVERTAKING, 1.0),
+        (target(100.0, -20.0, 0.0, 0.5), Kind.OVERTAKING, 1.0),
+        (target(100.0, 20.0, 0.0, 0.5), Kind.OVERTAKING, -1.0),  # it is 20 m to starboard: pass it there
+        (target(100.0, 3.0, 0.0, 0.5), Kind.OVERTAKING, 1.0),
+        (target(-100.0, 5.0, 0.0, 3.0), Kind.OVERTAKEN, 1.0),  # it passes to our starboard, m > 0 after the sign of w
+        (target(-100.0, -5.0, 0.0, 3.0), Kind.OVERTAKEN, -1.0),
+        (target(100.0, 0.0, 90.0, 0.0), Kind.STATIC, 1.0),
+        (target(100.0, 0.0, 90.0, 0.2), Kind.STATIC, -1.0),  # it drifts 20 m to starboard meanwhile
+    ],
+)
+def test_the_class_of_a_vessel_and_the_side_on_which_it_is_left(t: Target, kind: Kind, side: float) -> None:
+    assert kind_of(t) == (kind, side)
+
+
+@pytest.mark.parametrize("t", [target(100.0, 30.0 * k - 95.0, 50.0 * k, 0.8 + k) for k in range(7)])
+@pytest.mark.parametrize("angle", [0.3, 1.9, -2.5])
+def test_turning_the_scene_changes_no_class(angle: float, t: Target) -> None:
+    c, s = math.cos(angle), math.sin(angle)
+    turned = structs.replace(
+        t, x=c * t.x - s * t.y, y=s * t.x + c * t.y, vx=c * t.vx - s * t.vy, vy=s * t.vx + c * t.vy
+    )
+    own = structs.replace(OWN, ex=c, ey=s)
+    assert classify(own, domain(turned, 1.0, 0.0, P), P) == classify(OWN, domain(t, 1.0, 0.0, P), P)
+
+
+def test_who_keeps_clear() -> None:
+    give_way = {Kind.STATIC, Kind.OVERTAKING, Kind.HEAD_ON, Kind.CROSSING_GIVE_WAY}
+    assert {k for k in Kind if role(k) == Role.GIVE_WAY} == give_way
+    assert role(Kind.NONE) == Role.NONE
+    assert role(Kind.OVERTAKEN) == Role.STAND_ON
+
+
+def looks(t: Target, entries: list[float], before: Encounter | None = None) -> list[Encounter | None]:
+    """The encounter after each look."""
+    found = []
+    d = domain(t, 1.0, 0.0, P)
+    for entry in entries:
+        before = look(before, OWN, d, entry, False, P)
+        found.append(before)
+    return found
+
+
+def test_without_risk_there_is_no_encounter() -> None:
+    assert looks(target(500.0, 100.0, -90.0, 3.0), [NEVER_S, NEVER_S]) == [None, None]
+
+
+def test_the_boat_that_gives_way_acts_when_its_time_has_come_for_three_looks() -> None:
+    crossing = target(100.0, 100.0, -90.0, 3.0)
+    found = looks(crossing, [50.0, 40.0, 39.5, 39.0])
+    assert [e is not None and due(e, P) for e in found] == [False, False, False, True]
+
+
+def test_the_boat_that_stands_on_waits_until_it_can_only_just_clear_alone() -> None:
+    found = looks(target(100.0, -100.0, 90.0, 3.0), [39.0, 21.0, 20.0, 19.5, 19.0])
+    assert [e is not None and due(e, P) for e in found] == [False, False, False, False, True]
+
+
+def test_eight_seconds_before_entry_nobody_waits() -> None:
+    (first,) = looks(target(100.0, -100.0, 90.0, 3.0), [7.9])
+    assert first is not None
+    assert due(first, P)
+
+
+def test_one_look_without_need_takes_two_looks_with_need_away() -> None:
+    found = looks(target(100.0, 100.0, -90.0, 3.0), [39.0, 38.5, 50.0])
+    assert [e is not None and e.count for e in found] == [0.5, 1.0, 0.0]
+
+
+def test_a_vessel_that_was_acted_for_is_past_only_when_it_opens() -> None:
+    ahead, astern = target(100.0, 0.0, 0.0, 0.5), target(-50.0, 20.0, 180.0, 3.0)
+    (met,) = looks(ahead, [30.0])
+    assert met is not None
+    acted = structs.replace(met, acting=1.0)
+    assert looks(ahead, [NEVER_S] * 40, acted)[-1] is not None
+    assert looks(ahead, [NEVER_S] * 20, met)[-1] is None
+    past = structs.replace(acted, ex=-1.0, ey=0.0)
+    assert [e is None for e in looks(astern, [NEVER_S] * 12, past)] == [False] * 11 + [True]
+
+
+def test_a_vessel_that_turns_is_classified_again() -> None:
+    (met,) = looks(target(100.0, 100.0, -90.0, 3.0), [50.0])
+    assert met is not None
+    (steady,) = looks(target(100.0, 100.0, -70.0, 3.0), [50.0], met)
+    (turned,) = looks(target(100.0, 100.0, 180.0, 3.0), [50.0], met)
+    assert steady is not None
+    assert turned is not None
+    assert (met.ex, met.ey) == (steady.ex, steady.ey) != (turned.ex, turned.ey)
+    behind = look(met, OWN, domain(target(-100.0, 10.0, 0.0, 3.0), 1.0, 0.0, P), 50.0, True, P)
+    assert behind is not None
+    assert (behind.kind, behind.side) == (Kind.OVERTAKEN, 0.0)
