@@ -131,6 +131,16 @@ def test_the_swap_settles_and_keeps_apart() -> None:
     assert result.formation_end_m.max() < 0.2
 
 
+def test_a_column_that_closes_up_stays_on_its_path() -> None:
+    column = lossy(4, 3, loss=0.0, delay_s=0.0)
+    result = sailed(column)
+    assert result.cross_track_most_m.max() < 0.1
+    assert result.switches.sum() == 0
+    apart = np.broadcast_to(np.arange(5), column.path.shape).copy()  # five paths that lie on each other
+    strangers = structs.replace(column, path=apart, paths=column.paths * 5)
+    assert sailed(strangers).cross_track_most_m.max() > 1.0
+
+
 def test_loss_is_as_often_as_said_and_a_perfect_radio_loses_nothing() -> None:
     clean, bad = (
         sailed(lossy(4, 3, 3, loss=loss, delay_s=delay, limit_s=LIMIT_S)) for loss, delay in ((0, 0), (0.5, 1.0))
