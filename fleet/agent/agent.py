@@ -12,25 +12,34 @@ from msgspec import structs
 
 from fleet import __version__
 from fleet.agent import course as courses
+from fleet.agent.abroad import Sea
 from fleet.agent.background import Background
 from fleet.agent.course import Course, Track
+from fleet.agent.lookout import Lookout
 from fleet.agent.modes import IN_FORMATION, Goal, Mode, Reason
 from fleet.agent.orders import Orders, Sailing
 from fleet.agent.picture import Other, Picture
 from fleet.agent.report import Reporter
 from fleet.agent.resume import Resumption
+from fleet.agent.sensors import sensors_of
 from fleet.agent.serve import Desk
 from fleet.agent.step import Decision, Nav, Order, State, StepParams, start, step
 from fleet.agent.store import Store
 from fleet.agent.troubles import Circumstances, Troubles
+from fleet.agent.vacancies import Vacancies
+from fleet.agent.wing import InPlace, Wings
 from fleet.avoidance import METHODS, Method
+from fleet.avoidance.foreign.params import ForeignParams
 from fleet.avoidance.types import Peer
 from fleet.coordination import Member
 from fleet.drivers.seam import Driver, Reading
 from fleet.geo import Datum, Plane, plane_of
 from fleet.guidance import FollowParams, Limits, StationParams
 from fleet.mission.model import KeepingClear
+from fleet.mission.plan import Plan
+from fleet.paths import Lane
 from fleet.recording.seam import Recording
+from fleet.sensing import fusion
 from fleet.wire.bus import Bus
 from fleet.wire.messages import BoatState, FormationOrder
 
@@ -48,11 +57,19 @@ ZERO_DECISION: Decision[float] = Decision(
 )
 
 
-def tuning(clear: KeepingClear, limits: Limits) -> tuple[Method, StepParams]:
-    """The way of keeping clear, and everything that stays while the boat sails."""
+def tuning(clear: KeepingClear, limits: Limits, plan: Plan | None = None) -> tuple[Method, StepParams]:
+    """The way of keeping clear, and everything that stays while the boat sails; with a plan, its roster too."""
     method = METHODS[clear.method]
     keep = method.params(clear.radius_m, clear.side)
-    return method, StepParams(follow=FollowParams(), station=StationParams(), limits=limits, keep=keep)
+    sea = Sea(ForeignParams(), tuple((boat.path, boat.limits) for boat in plan.boats)) if plan is not None else None
+    return method, StepParams(
+        follow=FollowParams(),
+        station=StationParams(),
+        limits=limits,
+        keep=keep,
+        closer=method.closer(keep),
+        sea=sea,
+    )
 
 
 class Agent:
@@ -87,8 +104,11 @@ class Agent:
         self.background = Background(threaded=threaded)
         self.orders.apart = threaded
         self.troubles = Troubles()
+        self.wings = Wings()
+        self.vacancies = Vacancies(boat)
         self.track = Track()
         self.desk = Desk(self)
+        self.lookout = Lookout(self, now_ns)
         self.reporter = Reporter(self, recording, epoch=now_ns)
         self.resumption = Resumption(self, boot_id)
         self.course: Course = courses.at_point(0.0, 0.0)
@@ -114,6 +134,8 @@ class Agent:
         self.stale_s = NAVIGATION_STALE_S
         self._driver_trouble = ""
         self._driver_failed_ns = 0
+        self.fused = fusion.NOTHING
+        self._fused_ns = 0
         self.sound_ns = 0  # when navigation was last sound; 0: never
         self.may_speak = True  # False until nobody else is known to be alive under this name
         self._set_params(None)
@@ -123,7 +145,8 @@ class Agent:
         """Tuning for a mission, or for waiting."""
         clear = sailing.plan.mission.keeping_clear if sailing is not None else KeepingClear()
         limits = sailing.plan.boats[sailing.number].limits if sailing is not None else Limits()
-        self.method, self.params = tuning(clear, limits)
+        plan = sailing.plan if sailing is not None else None
+        self.method, self.params = tuning(clear, limits, plan)
         self.radius_m = clear.radius_m
         self.picture.half_radius_m = clear.radius_m / 2.0
         self._numbers = []
@@ -148,7 +171,7 @@ class Agent:
     def offset_m(self) -> float:
         """Offset of the own slot, + ahead [m]."""
         sailing = self.orders.sailing
-        return sailing.plan.boats[sailing.number].slot * sailing.formation.spacing_m if sailing is not None else 0.0
+        return sailing.ahead(sailing.number, self._last_ns) if sailing is not None else 0.0
 
     @property
     def driver_trouble(self) -> str:
@@ -164,18 +187,23 @@ class Agent:
         self._navigate(now_ns)
         self._listen(now_ns)
         self.resumption.consider(now_ns)
-        self.orders.switch(now_ns)
+        if self.orders.switch(now_ns):
+            self._redraw()
         goal, why = self._goal(now_ns)
         self._change_course(now_ns)
         self._decide(goal, now_ns, dt)
         self.reasons = why | self._own_reasons(now_ns, dt)
         self._drive()
+        self.vacancies.consider(self.orders, self._sails, now_ns)
         self.reporter.report(now_ns, goal, dt)
         self._keep(now_ns)
 
     def _navigate(self, now_ns: int) -> None:
         """What the driver knows, dead-reckoned to now."""
         reading = self.reading = self.driver.read()
+        if reading.raw:
+            self._fuse(reading, now_ns)
+            return
         age_s = (now_ns - reading.stamp_ns) * 1e-9
         numbers = reading.lat_deg + reading.lon_deg + reading.heading_rad + reading.v_north_mps + reading.v_east_mps
         known = (
@@ -203,6 +231,21 @@ class Agent:
         )
         if self.decision.powered:
             self.track.add(x, y)
+
+    def _fuse(self, reading: Reading, now_ns: int) -> None:
+        """The same from raw sensors; the course of a boat that lost one is as good as the others make it."""
+        dt = min((now_ns - self._fused_ns) * 1e-9, LONGEST_TICK_S) if self._fused_ns else self.period_s
+        self._fused_ns = now_ns
+        if self.plane is not None or math.isfinite(reading.lat_deg + reading.lon_deg):
+            self.fused = fusion.fuse(self.fused, sensors_of(reading, self._to_local, now_ns), dt)
+        f = self.fused
+        if not fusion.known(f):
+            self.nav = Nav(0.0, self.nav.x, self.nav.y, self.nav.psi, 0.0, 0.0, 0.0, self.nav.sigma)
+            return
+        self.sound_ns = now_ns
+        self.nav = Nav(1.0, f.x, f.y, f.psi, f.vx, f.vy, f.r, f.sigma)
+        if self.decision.powered:
+            self.track.add(f.x, f.y)
 
     def _listen(self, now_ns: int) -> None:
         """Take in what the others said, and answer what was asked."""
@@ -252,6 +295,7 @@ class Agent:
             driver_trouble=self.driver_trouble,
             name_taken=self.name_taken,
             has_track=len(self.track.points) > 1,
+            leader_lost_s=(now_ns - self.wings.lost_ns) * 1e-9 if self.wings.lost_ns else 0.0,
         )
         return self.troubles.goal(self.orders, seen)
 
@@ -261,6 +305,7 @@ class Agent:
         sailing = orders.sailing
         if sailing is not self._sailing:
             self._sailing = sailing
+            self.wings.take(sailing)
             if sailing is not None:
                 self._enter(sailing)
         if orders.revision_of_goal == self._goal_revision:
@@ -281,7 +326,11 @@ class Agent:
             x, y = plane.to_local(*self.plane.to_geographic(self.nav.x, self.nav.y))
             n = self.nav
             self.nav = Nav(n.sound, x, y, n.psi, n.vx, n.vy, n.r, n.sigma)
+            self.fused = structs.replace(self.fused, x=x, y=y)
+            was = self.plane
+            self.lookout.traffic.move(lambda x, y: plane.to_local(*was.to_geographic(x, y)))
         self.plane = plane
+        self.lookout.enter(sailing)
         self.picture.set_roster((boat.name for boat in sailing.plan.boats), plane.to_local)
         self.picture.set_state_hz(min(sailing.plan.mission.state_hz, 1.0 / self.period_s))
         self.reporter.state_ns = int(1e9 / sailing.plan.mission.state_hz)
@@ -318,27 +367,42 @@ class Agent:
         else:
             self.course, s = courses.at_point(nav.x, nav.y), 0.0
         old = self.state
-        self.state = State(s, 0.0, old.good, 0.0, old.x_h, old.y_h, 0.0, old.keep)
+        self.state = State(s, 0.0, old.good, 0.0, old.x_h, old.y_h, 0.0, old.keep, old.foreign)
         self.reporter.course(self.course)
+
+    def _redraw(self) -> None:
+        """Another formation is in force: over to the lane of the own slot."""
+        sailing = self.orders.sailing
+        self.wings.take(sailing)
+        if sailing is None or self.course.kind != "mission":
+            return
+        redrawing, lane = sailing.redrawing, sailing.shape.abeam(sailing.number)
+        length = redrawing.duration_s * sailing.shape.cruise_mps if redrawing is not None else 0.0
+        radius = self.params.limits.speed_max_mps / self.params.limits.yaw_rate_max_radps
+        course = courses.over_to(self.course, lane, self.state.s, length, radius)
+        if course is not self.course:
+            self.course = course
+            self.reporter.course(course)
 
     def _lap_reference(self, sailing: Sailing, now_ns: int) -> tuple[float, float] | None:
         """(abscissa, offset) of the lowest slot present: of those that sail already, else of those that are there."""
         sailing_ones: list[tuple[float, float, float]] = []
         waiting: list[tuple[float, float, float]] = []
-        spacing = sailing.formation.spacing_m
+        shape = sailing.shape
         for boat in sailing.plan.boats:
             other = self.picture.others.get(boat.name)
             if other is None or other.track is None or self.picture.silent(other, now_ns, False):
                 continue
             track = other.track
-            offset = boat.slot * spacing
+            offset = shape.ahead(boat.number)
             if track.state.mission_id == sailing.order.mission_id and track.state.mode in (Mode.FOLLOW, Mode.AVOID):
                 sailing_ones.append((offset, self.picture.abscissa(other, track, now_ns), offset))
             else:
                 waiting.append((offset, boat.path.project(track.x, track.y), offset))
         me = sailing.plan.boats[sailing.number]
         if not sailing_ones:
-            waiting.append((me.slot * spacing, me.path.project(self.nav.x, self.nav.y), me.slot * spacing))
+            offset = shape.ahead(me.number)
+            waiting.append((offset, me.path.project(self.nav.x, self.nav.y), offset))
         _, s, offset = min(sailing_ones or waiting)
         return s, offset
 
@@ -349,10 +413,9 @@ class Agent:
         nav = self.nav
         self.peers = self.picture.peers(now_ns, lambda name: link_up and name not in alive, (nav.x, nav.y), self._along)
         members = self._members(now_ns, dt)
+        self.lookout.hear(now_ns)
         idle = goal in (Goal.STANDBY, Goal.NEUTRAL)  # nothing to decide, and nothing to remember from it
-        peers = (
-            [] if idle else [structs.replace(p, ordered=1.0) if p.number in self._ordered else p for p in self.peers]
-        )
+        peers = [] if idle else self._minded()
         numbers = [peer.number for peer in peers]
         state = self.state
         if numbers != self._numbers:
@@ -361,30 +424,56 @@ class Agent:
             self._numbers = numbers
         order = self._order(goal)
         path = self.course.path
-        self.state, self.decision = step(state, nav, members, peers, order, path, self.method, self.params, dt)
-        self.reporter.tick(now_ns, dt, state, nav, members, peers, order, self.decision)
+        s_cvt = state.wing.s if state.wing is not None else state.s
+        leader = self.wings.beside(self.picture, s_cvt, now_ns, there=self.course.kind == "mission")
+        abroad = None if idle else self.lookout.abroad(goal, now_ns)
+        self.state, self.decision = step(
+            state, nav, members, peers, order, path, self.method, self.params, dt, abroad, leader
+        )
+        self.reporter.tick(now_ns, dt, state, nav, members, peers, order, self.decision, abroad, leader)
+
+    def _minded(self) -> list[Peer[float]]:
+        """The vehicles that keeping clear looks at."""
+        if not self.wings.flies:
+            return [structs.replace(p, ordered=1.0) if p.number in self._ordered else p for p in self.peers]
+        d, x, y = self.decision, self.nav.x, self.nav.y
+        own = InPlace(d.mode, d.e, d.y_e)
+        others = {float(other.number): other for other in self.picture.others.values()}
+
+        def near(p: Peer[float]) -> bool:
+            return math.hypot(p.x - x, p.y - y) <= self.radius_m
+
+        def minded(p: Peer[float]) -> bool:
+            other = others.get(p.number)
+            return other is None or p.known < 0.5 or near(p) or self.wings.minded(own, other)
+
+        return [p for p in self.peers if minded(p)]
 
     def _order(self, goal: Goal) -> Order[float]:
         sailing, limits = self.orders.sailing, self.params.limits
         if sailing is None:
             slow, fast = limits.speed_min_mps, limits.speed_max_mps
             return Order(float(goal), 0.0, 0.5 * (slow + fast), slow, fast, 0.3, self.course.path.length)
-        formation, boat = sailing.formation, sailing.plan.boats[sailing.number]
+        formation, cruise, stretch = sailing.formation, sailing.shape.cruise_mps, 1.0
         if self.course.kind == "mission":
             if self._end_of[0] is not formation:
-                end = courses.end_abscissa(sailing.plan, sailing.number, formation.spacing_m)
+                end = courses.end_abscissa(sailing.plan, sailing.number, sailing.shape)
                 self._end_of = (formation, end)
             s_end = self._end_of[1]
+            stretch = self.course.stretch(self.state.s)
+            soon = self.state.s + cruise * limits.surge_lag_s  # where the boat is when it has taken up the speed
+            cruise *= self.course.stretch(soon)
         else:
             s_end = self.course.path.length
         return Order(
             goal=float(goal),
-            offset=boat.slot * formation.spacing_m,
-            cruise=formation.cruise_mps,
+            offset=self.offset_m,
+            cruise=cruise,
             u_min=limits.speed_min_mps,
             u_max=limits.speed_max_mps,
             gain=sailing.plan.mission.formation.gain_per_m,
             s_end=s_end,
+            stretch=stretch,
         )
 
     def _along(self, name: str, s: float) -> tuple[float, float] | None:
@@ -393,26 +482,29 @@ class Agent:
         number = self.picture.roster.get(name)
         if sailing is None or number is None:
             return None
-        point = sailing.plan.boats[number].path.at(s)
+        point = sailing.plan.boats[number].lane(sailing.shape).at(s)
         return point.x, point.y
 
     def _members(self, now_ns: int, dt: float) -> list[Member[float]]:
         """The boats of the formation, in the order of the roster; notes which are ahead or astern as they should."""
         self._ordered.clear()
         sailing = self.orders.sailing
-        if sailing is None:
+        if sailing is None or self.wings.flies:  # wingmen look at their leader, and the leader at nobody
             return []
         members: list[Member[float]] = []
-        spacing, me = sailing.formation.spacing_m, sailing.plan.boats[sailing.number]
+        me, offset = sailing.plan.boats[sailing.number], self.offset_m
         for boat in sailing.plan.boats:
             other = self.picture.others.get(boat.name)
             if other is None or other.track is None:
                 continue
-            weight = self.picture.weigh(other, self._present(other, other.track.state, sailing), dt)
+            weight = self.picture.weigh(other, self.present(other, other.track.state, sailing), dt)
             if weight > 0.0:
-                s = self.picture.abscissa(other, other.track, now_ns)
-                members.append(Member(weight, s - boat.slot * spacing))
-                if boat.path_name == me.path_name and self._in_order(s - self.state.s, (boat.slot - me.slot) * spacing):
+                lane = boat.lane(sailing.shape) if sailing.drawn[boat.number][1] else boat.path
+                stretch = lane.stretch(other.track.state.s_m) if isinstance(lane, Lane) else 1.0
+                s = self.picture.abscissa(other, other.track, now_ns, stretch)
+                ahead = sailing.ahead(boat.number, now_ns)
+                members.append(Member(weight, s - ahead))
+                if boat.path_name == me.path_name and self._in_order(s - self.state.s, ahead - offset):
                     self._ordered.add(float(boat.number))
         return members
 
@@ -422,7 +514,7 @@ class Agent:
         lap_m = path.length if path.closed else courses.ENDLESS
         return gap_m * wanted_m > 0.0 and self.radius_m < abs(gap_m) < 0.5 * lap_m
 
-    def _present(self, other: Other, state: BoatState, sailing: Sailing) -> bool:
+    def present(self, other: Other, state: BoatState, sailing: Sailing) -> bool:
         """Fresh state, same mission id and formation revision, mode follow or avoid."""
         return (
             state.mission_id == sailing.order.mission_id
@@ -433,6 +525,17 @@ class Agent:
             and other.name not in self.picture.silent_names
         )
 
+    def _sails(self, name: str) -> bool:
+        """Whether a boat of the roster sails in the formation."""
+        if name == self.boat:
+            return self.decision.mode in IN_FORMATION and self.course.kind == "mission"
+        sailing, other = self.orders.sailing, self.picture.others.get(name)
+        if sailing is None or other is None or other.track is None:
+            return False
+        state = other.track.state
+        there = state.mode in IN_FORMATION and state.mission_id == sailing.order.mission_id
+        return there and name not in self.picture.silent_names
+
     def _own_reasons(self, now_ns: int, dt: float) -> Reason:
         """What `step`, the picture and the disk have to say."""
         d, why = self.decision, Reason(0)
@@ -442,6 +545,8 @@ class Agent:
             why |= Reason.AVOIDING
         if d.braking > 0.5:
             why |= Reason.BRAKING
+        if self.lookout.acting:
+            why |= Reason.FOREIGN
         following = d.mode in (Mode.FOLLOW, Mode.AVOID)
         self._stuck_s = self._stuck_s + dt if following and d.avoiding > 0.5 and d.U < 0.1 else 0.0
         if self._stuck_s > STUCK_S:
@@ -451,6 +556,10 @@ class Agent:
             why |= Reason.SLOT_OUT_OF_REACH
         if self.state.ended > 0.5:
             why |= Reason.MISSION_ENDED
+        if self.wings.lost_ns:
+            why |= Reason.LEADER_LOST
+        if self.wings.stopped:
+            why |= Reason.LEADER_STOPPED
         if self.store.trouble:
             why |= Reason.STORE
         if self.reporter.recording.trouble:

@@ -6,12 +6,15 @@ import os
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_type_hints
+from typing import Annotated, Any, get_type_hints
 
 import msgspec
 from msgspec import Meta, Struct, field
 
 from fleet.agent.clock import ClockSpec
+from fleet.drivers.can.config import CanConfig
+from fleet.drivers.kinds import wrong_kind
+from fleet.drivers.mavlink.config import MavlinkConfig
 from fleet.errors import ConfigError
 from fleet.mission.problem import texts
 from fleet.mission.structure import problems
@@ -22,8 +25,12 @@ from fleet.wire.zenoh_bus import LinkConfig
 class DriverConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Which hardware."""
 
-    kind: Literal["simulated"] = "simulated"
-    world: str = "127.0.0.1:7440"  # simulated: where the world process listens
+    kind: str = "simulated"
+    world: str = "127.0.0.1:7440"  # of a simulated boat: where the world process listens
+    simulated: bool = False  # this hardware is simulated in a world process: `fleet sim --driver` says so
+    can: CanConfig = field(default_factory=CanConfig)
+    mavlink: MavlinkConfig = field(default_factory=MavlinkConfig)
+    options: dict[str, Any] = field(default_factory=dict)  # of a driver that another package adds
 
 
 class AgentConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -60,6 +67,9 @@ ENVIRONMENT: dict[str, str] = {
     "FLEET_MISSION": "mission",
     "FLEET_DRIVER": "driver.kind",
     "FLEET_WORLD": "driver.world",
+    "FLEET_CAN_INTERFACE": "driver.can.interface",
+    "FLEET_CAN_CHANNEL": "driver.can.channel",
+    "FLEET_MAVLINK_ENDPOINT": "driver.mavlink.endpoint",
     "FLEET_CONTROL_HZ": "control_hz",
     "FLEET_CLOCK_ERROR_MS": "clock_error_ms",
 }
@@ -126,10 +136,13 @@ def load_config(
     for origin, layer in layers:
         merged = _merge(tree, layer)
         try:
-            msgspec.convert(merged, AgentConfig)
+            read = msgspec.convert(merged, AgentConfig)
         except msgspec.ValidationError:
             found = texts(problems(merged, AgentConfig))
             raise ConfigError("\n".join(f"{origin}: {text}" for text in found)) from None
+        wrong = wrong_kind(read.driver.kind)
+        if wrong:
+            raise ConfigError(f'{origin}: driver.kind = "{read.driver.kind}": {wrong}')
         tree = merged
     config = msgspec.convert(tree, AgentConfig)
     if not config.boat:

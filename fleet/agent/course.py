@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from msgspec import Struct
 
 from fleet.agent.orders import Sailing
+from fleet.mission.pattern import Shape
 from fleet.mission.plan import Plan
-from fleet.paths import Path, PathError, straight, through
+from fleet.paths import Lane, Path, PathError, Shift, lane, shift_length, straight, through
 
 ENDLESS = 1.0e18
 TRACK_STEP_M = 10.0
@@ -23,8 +24,22 @@ class Course(Struct, frozen=True):
     """A path and where it ends."""
 
     kind: str  # "mission", "track" or "point"
-    path: Path
+    path: Path | Lane
     points: tuple[Point, ...] = ()  # of a track or a point, so that a replay can build it again
+
+    @property
+    def abeam(self) -> float:
+        """Metres to starboard of the mission's path."""
+        return self.path.n if isinstance(self.path, Lane) else 0.0
+
+    @property
+    def shift(self) -> Shift | None:
+        """The change of lanes on the way, if there was one."""
+        return self.path.shift if isinstance(self.path, Lane) else None
+
+    def stretch(self, s: float) -> float:
+        """Metres of this path for a metre of abscissa."""
+        return self.path.stretch(s) if isinstance(self.path, Lane) else 1.0
 
 
 def at_point(x: float, y: float) -> Course:
@@ -33,8 +48,26 @@ def at_point(x: float, y: float) -> Course:
 
 
 def along_mission(sailing: Sailing) -> Course:
-    """The boat's path in its mission."""
-    return Course("mission", sailing.plan.boats[sailing.number].path)
+    """The boat's path in its mission, or the lane of its slot beside it."""
+    return Course("mission", sailing.plan.boats[sailing.number].lane(sailing.shape))
+
+
+def over_to(course: Course, n: float, s: float, length: float, radius: float) -> Course:
+    """The same path, over to the lane n metres to starboard of it, from abscissa s on.
+
+    Args:
+        course: as it was
+        n: the new lane's offset [m]
+        s: abscissa now [m]
+        length: within which the others change lanes; more is taken where the boat needs it [m]
+        radius: that the boat can turn [m]
+    """
+    path = course.path
+    before, slope, _ = path.offset(s) if isinstance(path, Lane) else (0.0, 0.0, 0.0)
+    if n == before and slope == 0.0:
+        return course
+    base = path.path if isinstance(path, Lane) else path
+    return Course("mission", lane(base, n, Shift(s, max(length, shift_length(n - before, radius)), before, slope)))
 
 
 def back_along(track: Sequence[Point], here: Point, home: Point | None) -> Course | None:
@@ -84,25 +117,29 @@ def start_abscissa(
         reference: (abscissa, offset) of the lowest slot present, which tells the lap on a closed path; None: lap 0
         around: where its virtual target was; only the neighbourhood is searched
     """
-    boat = sailing.plan.boats[sailing.number]
-    path = boat.path
+    path = along_mission(sailing).path
     if around is not None:
         return path.project(x, y, around - WINDOW_M, around + WINDOW_M)
     raw = path.project(x, y)
     if not path.closed or reference is None:
         return raw
     s_ref, o_ref = reference
-    offset = boat.slot * sailing.formation.spacing_m
+    offset = sailing.shape.ahead(sailing.number)
     return raw + path.length * math.floor((s_ref + offset - o_ref - raw) / path.length + 0.5)
 
 
-def end_abscissa(plan: Plan, number: int, spacing_m: float) -> float:
-    """Where the mission ends for a boat: in its slot, when the foremost slot is at the end of its path."""
+def end_abscissa(plan: Plan, number: int, shape: Shape) -> float:
+    """Where the mission ends for a boat: in its slot, when the foremost slot is at the end of its path.
+
+    A wingman's own path ends where it ends: it stops beside its leader before.
+    """
     boat = plan.boats[number]
     if boat.path.closed:
         return ENDLESS
-    first = min(other.path.length - other.slot * spacing_m for other in plan.boats if not other.path.closed)
-    return min(first + boat.slot * spacing_m, boat.path.length)
+    if shape.pattern == "wingman":
+        return boat.path.length
+    first = min(other.path.length - shape.ahead(other.number) for other in plan.boats if not other.path.closed)
+    return min(first + shape.ahead(number), boat.path.length)
 
 
 def inside(polygon: Sequence[Point], x: float, y: float) -> bool:

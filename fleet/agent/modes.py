@@ -64,6 +64,9 @@ class Reason(IntFlag):
     PEER_ELSEWHERE = 1 << 22
     NO_MISSION = 1 << 23
     STORE = 1 << 24
+    FOREIGN = 1 << 25
+    LEADER_LOST = 1 << 26
+    LEADER_STOPPED = 1 << 27
 
     def __or__(self, other: int) -> Self:
         """Both. At most ticks nothing is added, and then no member need be looked up: 0.2 us instead of 1.5."""
@@ -97,6 +100,9 @@ WORDS: dict[Reason, str] = {
     Reason.PEER_ELSEWHERE: "a boat of the roster sails another mission",
     Reason.NO_MISSION: "no mission",
     Reason.STORE: "cannot write its state to disk",
+    Reason.FOREIGN: "keeping clear of a vessel that is not of the fleet",
+    Reason.LEADER_LOST: "its leader is not heard",
+    Reason.LEADER_STOPPED: "its leader has stopped",
 }
 
 _WORDS = tuple((int(reason), words) for reason, words in WORDS.items())

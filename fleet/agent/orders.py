@@ -17,9 +17,12 @@ from fleet.agent.examine import apart
 from fleet.agent.modes import Goal, Reason
 from fleet.errors import FleetError
 from fleet.mission.check import check
-from fleet.mission.formation import check_formation
+from fleet.mission.formation import check_formation, gap_needed
+from fleet.mission.pattern import PATTERNS, Place, Shape
 from fleet.mission.plan import Plan, build
+from fleet.mission.redraw import Redrawing, redrawing
 from fleet.wire.codec import LARGEST_JUMP, Refused, decode_formation, decode_mission_order, encode
+from fleet.wire.formation import shape_in
 from fleet.wire.messages import MAJOR, Ack, Command, FormationOrder, MissionOrder, Revision, Signed
 
 FREE_KINDS = ("hold", "abort", "stop-now", "take")
@@ -30,6 +33,8 @@ MOST_STOPS = 32
 AHEAD = 8  # pieces of work done ahead and kept until taken; a few are for commands that are refused after all
 LONGEST_REASON = 400
 REFUSALS_TOLD_S = 0.2  # between two events about refusals; all of them are counted
+LONG_WORK = {name: pattern.lateral or name == "wingman" for name, pattern in PATTERNS.items()}
+"""Patterns that take long to check: lanes are held against the fence, wingmen against their leaders."""
 MANY_PATHS = 10  # from here on it takes longer than a tick may to hold all places against each other
 
 log = logging.getLogger("fleet.agent")
@@ -44,11 +49,26 @@ class Sailing(Struct):
     number: int  # of this boat in the roster
     starts_ns: int  # when it begins to follow
     formation: FormationOrder  # in force
+    shape: Shape  # what it asks for
+    drawn: tuple[Place, ...]  # where everybody's place is in it, ahead of slot 0 and to starboard of the path [m]
+    redrawing: Redrawing | None = None  # how the fleet comes from the formation before to this one
     formation_words: Signed | None = None  # None: revision 0, which the mission's words carry
     pending: FormationOrder | None = None
     pending_words: Signed | None = None
     pending_ns: int = 0
     switched_ns: int = 0
+
+    def ahead(self, number: int, now_ns: int) -> float:
+        """o_i: where a boat's place is now, ahead of slot 0 [m]."""
+        if self.redrawing is None:
+            return self.drawn[number][0]
+        return self.redrawing.ahead(number, (now_ns - self.switched_ns) * 1e-9)
+
+    def places(self, now_ns: int) -> tuple[Place, ...]:
+        """Where everybody's place is now, ahead of slot 0 and to starboard of the path [m]."""
+        if self.redrawing is None:
+            return self.drawn
+        return self.redrawing.places((now_ns - self.switched_ns) * 1e-9)
 
     @property
     def held(self) -> Revision:
@@ -84,6 +104,7 @@ class Orders:
         self.changed = True  # something that must survive a restart
         self.forget: Callable[[tuple[str, ...]], list[str]] = lambda names: []
         self.resume_at: Callable[[str], str] = lambda text: ""
+        self.obeyed: Callable[[str], None] = lambda kind: None  # told the kind of every command that was accepted
         self.apart = False  # whether heavy missions are checked by a process of their own
         self.abscissas: Callable[[], dict[str, float]] = dict
         self.position_error_m: Callable[[], float] = float
@@ -140,18 +161,21 @@ class Orders:
     def formation_work(self, words: Signed, abscissas: dict[str, float] | None) -> Callable[[], None] | None:
         """The part of judging a change that takes long in a large formation."""
         sailing = self.sailing
-        if sailing is None or len(sailing.plan.paths) <= MANY_PATHS:
+        if sailing is None:
             return None
         try:
             order = decode_formation(words)
+            shape = shape_in(order, sailing.plan.mission)
         except Refused:
+            return None
+        if len(sailing.plan.paths) <= MANY_PATHS and not LONG_WORK[shape.pattern]:
             return None
         if order.mission_id != sailing.order.mission_id or not sailing.held < order.revision:
             return None
-        plan = sailing.plan
+        plan, before = sailing.plan, sailing.shape
 
         def check_ahead() -> None:
-            found = check_formation(plan, order.spacing_m, order.cruise_mps, abscissas)
+            found = check_formation(plan, shape, abscissas, before=before)
             del self._checked[:-AHEAD]
             self._checked.append((words, plan, found))
 
@@ -167,13 +191,19 @@ class Orders:
                 if checked[1] is plan:
                     return checked[2]
                 break
-        return check_formation(plan, order.spacing_m, order.cruise_mps, abscissas)
+        before = self.sailing.shape if self.sailing is not None and self.sailing.plan is plan else None
+        try:
+            return check_formation(plan, shape_in(order, plan.mission), abscissas, before=before)
+        except Refused as refusal:
+            return [f"the order {refusal}"]
 
     def _rule(self, command: Command, now_ns: int) -> Ruling:
         refusal = self._not_permitted(command)
         if refusal is not None:
             return refusal
         ruling = self._rulings[command.kind](command, now_ns)
+        if ruling.ok:
+            self.obeyed(command.kind)
         if ruling.ok and command.kind not in FREE_KINDS and not self.control.operator:
             self.control = Revision(self.control.counter + 1, command.operator)
             self.changed = True
@@ -265,7 +295,9 @@ class Orders:
             mission.formation.spacing_m,
             mission.formation.cruise_mps,
         )
-        return "", Sailing(order, words, plan, numbers[self.boat], now_ns, formation, switched_ns=now_ns)
+        number = numbers[self.boat]
+        shape = plan.shape
+        return "", Sailing(order, words, plan, number, now_ns, formation, shape, shape.places, switched_ns=now_ns)
 
     def begin(self, sailing: Sailing, goal: Goal) -> None:
         """Take a mission as one's own."""
@@ -297,14 +329,14 @@ class Orders:
         problems += [] if problems else self._too_close(sailing.plan, order)
         if problems:
             return Ruling(False, "; ".join(problems), safety=True)
-        old = _formation_words(sailing.pending or sailing.formation)
+        old = _formation_words(sailing.pending or sailing.formation, sailing.plan.shape)
         self.expect(order, command.order, now_ns + int(order.apply_in_s * 1e9))
-        return Ruling(True, "", old, _formation_words(order))
+        return Ruling(True, "", old, _formation_words(order, sailing.plan.shape))
 
     def _too_close(self, plan: Plan, order: FormationOrder) -> list[str]:
         """Slots that the position error of this boat makes too narrow."""
         sigma_m = self.position_error_m()
-        return check_formation(plan, order.spacing_m, order.cruise_mps, None, sigma_m) if sigma_m > 0.0 else []
+        return check_formation(plan, shape_in(order, plan.mission), None, sigma_m) if sigma_m > 0.0 else []
 
     def expect(self, order: FormationOrder, words: Signed, at_ns: int) -> None:
         """Switch to a formation at that time."""
@@ -336,8 +368,8 @@ class Orders:
         if held.counter > 0 and not descends:
             self.note(
                 "superseded",
-                f"{_formation_words(rival)} (revision {rival.revision}) gives way to "
-                f"{_formation_words(order)} (revision {order.revision})",
+                f"{_formation_words(rival, sailing.plan.shape)} (revision {rival.revision}) gives way to "
+                f"{_formation_words(order, sailing.plan.shape)} (revision {order.revision})",
             )
         self.expect(order, words, now_ns + int(min(max(remaining_s, 0.0), order.apply_in_s) * 1e9))
         return ""
@@ -345,15 +377,24 @@ class Orders:
     def switch(self, now_ns: int) -> bool:
         """Put the pending formation in force when its time has come."""
         sailing = self.sailing
-        if sailing is None or sailing.pending is None or now_ns < sailing.pending_ns:
+        if sailing is None:
             return False
+        if sailing.redrawing is not None and (now_ns - sailing.switched_ns) * 1e-9 >= sailing.redrawing.duration_s:
+            sailing.redrawing = None
+        if sailing.pending is None or now_ns < sailing.pending_ns:
+            return False
+        places = sailing.places(now_ns)
         sailing.formation, sailing.formation_words = sailing.pending, sailing.pending_words
+        sailing.shape = shape_in(sailing.formation, sailing.plan.mission)
+        sailing.drawn = sailing.shape.places
+        need = gap_needed(sailing.plan.mission)
+        sailing.redrawing = redrawing(places, sailing.shape, sailing.plan.boats, need)
         sailing.pending = sailing.pending_words = None
         sailing.switched_ns = now_ns
         self.changed = True
         self.note(
             "formation",
-            f"{_formation_words(sailing.formation)}, revision {sailing.formation.revision}",
+            f"{_formation_words(sailing.formation, sailing.plan.shape)}, revision {sailing.formation.revision}",
             sailing.formation.spacing_m,
         )
         return True
@@ -473,8 +514,14 @@ class Orders:
             self.notes.append((kind, text, value))
 
 
-def _formation_words(order: FormationOrder) -> str:
-    return f"spacing {order.spacing_m:g} m, cruise {order.cruise_mps:g} m/s"
+def _formation_words(order: FormationOrder, launched: Shape) -> str:
+    """A formation; pattern and slots where they are not as they were at launch."""
+    words = f"spacing {order.spacing_m:g} m, cruise {order.cruise_mps:g} m/s"
+    now = (order.pattern, order.lateral_m, tuple(slot for _, slot in order.slots))
+    if not order.pattern or now == (launched.pattern, launched.lateral_m, launched.slots):
+        return words
+    slots = ", ".join(f"{boat}={slot:g}" for boat, slot in order.slots)
+    return f"{words}, {order.pattern}, lateral {order.lateral_m:g} m, slots {slots}"
 
 
 def _and(names: Mapping[str, object] | tuple[str, ...] | list[str]) -> str:

@@ -40,6 +40,17 @@ Along = Callable[[str, float], tuple[float, float] | None]
 _number = attrgetter("number")
 
 
+Directions = tuple[float, float, float, float, float, float]
+
+
+def directions(state: BoatState) -> Directions:
+    """(vx, vy, gx, gy, tx, ty): velocity over ground [m/s], and the unit vectors of its planned course and its path."""
+    sin_chi, cos_chi = ops.sincos(state.cog_rad)
+    gy, gx = ops.sincos(state.plan_course_rad)
+    ty, tx = ops.sincos(state.tangent_rad)
+    return state.sog_mps * cos_chi, state.sog_mps * sin_chi, gx, gy, tx, ty
+
+
 class Track(Struct):
     """One boat under one epoch: what it said last, in our local frame."""
 
@@ -88,6 +99,7 @@ class Picture:
         self.own_epoch = 0
         self._namesake = Doubt()
         self.own_clock_ns = DISCIPLINED_NS
+        self.directions = directions  # a simulation works them out once for all who hear a message
 
     # -- who -------------------------------------------------------------------------------------------------------
     def set_roster(self, names: Iterable[str], to_local: Callable[[float, float], tuple[float, float]]) -> None:
@@ -255,10 +267,7 @@ class Picture:
         return track
 
     def _update(self, track: Track, state: BoatState, now_ns: int, x: float, y: float) -> None:
-        sin_chi, cos_chi = ops.sincos(state.cog_rad)
-        track.gy, track.gx = ops.sincos(state.plan_course_rad)
-        track.ty, track.tx = ops.sincos(state.tangent_rad)
-        track.vx, track.vy = state.sog_mps * cos_chi, state.sog_mps * sin_chi
+        track.vx, track.vy, track.gx, track.gy, track.tx, track.ty = self.directions(state)
         track.x, track.y, track.state, track.heard_ns = x, y, state, now_ns
         lead_s = (now_ns - state.stamp_ns) * 1e-9
         disciplined = max(state.clock_ns, self.own_clock_ns) <= DISCIPLINED_NS
@@ -343,6 +352,7 @@ class Picture:
             straight=state.straight_s,
             sigma=state.position_error_m,
             widen=widen,
+            y_e=0.0 if state.mode == Mode.HOLD else state.cross_track_m,
         )
 
     def _silent_peer(
@@ -380,7 +390,7 @@ class Picture:
 
     half_radius_m = 3.0  # R / 2 of the mission
 
-    def abscissa(self, other: Other, track: Track, now_ns: int) -> float:
-        """Its abscissa, dead-reckoned to now."""
+    def abscissa(self, other: Other, track: Track, now_ns: int, stretch: float = 1.0) -> float:
+        """Its abscissa, dead-reckoned to now; `stretch`: metres that it goes for a metre of abscissa."""
         age = min(self.age_s(other, track, now_ns)[0], AHEAD_S)
-        return track.state.s_m + age * (track.vx * track.tx + track.vy * track.ty)
+        return track.state.s_m + age * (track.vx * track.tx + track.vy * track.ty) / stretch

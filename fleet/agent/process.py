@@ -9,6 +9,7 @@ import signal
 import threading
 from collections.abc import Callable
 from pathlib import Path
+from typing import Protocol, runtime_checkable
 
 from fleet import __version__
 from fleet.agent.agent import Agent
@@ -18,6 +19,9 @@ from fleet.agent.loop import run
 from fleet.agent.modes import Goal
 from fleet.agent.orders import encoded
 from fleet.agent.store import Store, boot_id
+from fleet.drivers.beside import Beside
+from fleet.drivers.kinds import made_by_others
+from fleet.drivers.seam import Driver
 from fleet.drivers.simulated import SimulatedDriver
 from fleet.errors import FleetError
 from fleet.mission.load import encode, load
@@ -88,11 +92,61 @@ def sail_from_file(agent: Agent, where: str, now_ns: int) -> None:
     agent.orders.begin(sailing, Goal.FOLLOW)
 
 
+def driver_of(config: AgentConfig, now_ns: Callable[[], int]) -> tuple[Driver, SimulatedDriver | None]:
+    """The driver that the configuration asks for, and a simulated boat's link to its world."""
+    if config.driver.kind == "simulated":
+        world = SimulatedDriver(config.boat, config.driver.world)
+        return world, world
+    driver = hardware(config, now_ns)
+    if not config.driver.simulated:
+        return driver, None
+    world = SimulatedDriver(config.boat, config.driver.world)
+    return Beside(driver, world), world
+
+
+def hardware(config: AgentConfig, now_ns: Callable[[], int]) -> Driver:
+    """The driver of real hardware, its library imported only now."""
+    if config.driver.kind == "mavlink":
+        from fleet.drivers.mavlink.driver import MavlinkDriver
+
+        return MavlinkDriver(config.driver.mavlink, now_ns, simulated=config.driver.simulated)
+    if config.driver.kind != "can":
+        return made_by_others(config.driver.kind, config.boat, config.driver.options, now_ns)
+    from fleet.drivers.can.driver import CanDriver
+
+    return CanDriver(config.driver.can, now_ns, simulated=config.driver.simulated, warp=config.clock.warp)
+
+
+@runtime_checkable
+class Converses(Protocol):
+    """A driver that waits for operators' words, and has words for them: one that talks to an autopilot."""
+
+    def obeyed(self, kind: str) -> None:
+        """A command of an operator was accepted."""
+
+    def said(self) -> list[str]:
+        """What the hardware said since the last call."""
+
+
+def join(agent: Agent, driver: Driver) -> Callable[[], None]:
+    """Lets an agent's driver hear what operators order; what is returned lets them hear the driver, a tick at a time."""
+    hardware_of = driver.hardware if isinstance(driver, Beside) else driver
+    if not isinstance(hardware_of, Converses):
+        return lambda: None
+    agent.orders.obeyed = hardware_of.obeyed
+
+    def listen() -> None:
+        for text in hardware_of.said():
+            agent.orders.note("autopilot", text)
+
+    return listen
+
+
 def run_agent(config: AgentConfig, stop: threading.Event, ready: Callable[[Agent], None] = lambda agent: None) -> None:
     """Be one boat's agent until `stop`; FleetError when the configuration cannot work."""
     clock = SystemClock(config.clock)
     now_ns = clock.now_ns()
-    driver = SimulatedDriver(config.boat, config.driver.world)
+    driver, world = driver_of(config, clock.now_ns)
     driver.open()
     network: Bus = ZenohBus(config.fleet, config.boat, config.link, clock.now_ns)
     radio = RadioBus(network, config.boat, clock.now_ns, config.seed)
@@ -108,6 +162,7 @@ def run_agent(config: AgentConfig, stop: threading.Event, ready: Callable[[Agent
         clock_ns=clock.error_ns() if config.clock_error_ms < 0.0 else int(config.clock_error_ms * 1e6),
         threaded=True,
     )
+    listen = join(agent, driver)
     agent.stale_s = max(agent.stale_s, STALE_WALL_S * config.clock.warp)
     if config.mission:
         sail_from_file(agent, config.mission, now_ns)
@@ -116,12 +171,15 @@ def run_agent(config: AgentConfig, stop: threading.Event, ready: Callable[[Agent
     announcer.start()
 
     def after_tick(now_ns: int) -> None:
+        listen()
         if (
             config.clock_error_ms < 0.0
             and now_ns // CLOCK_ASKED_NS != (now_ns - int(1e9 * agent.period_s)) // CLOCK_ASKED_NS
         ):
             agent.clock_ns = agent.picture.own_clock_ns = clock.error_ns()
-        sensed = driver.sensed
+        if world is None:
+            return
+        sensed = world.sensed
         radio.set(sensed.radio_delay_s, sensed.radio_loss)
         radio.set_down(sensed.radio_down)
 

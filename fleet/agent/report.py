@@ -10,11 +10,13 @@ import msgspec
 from msgspec import Struct
 
 from fleet import __version__
+from fleet.agent.abroad import Abroad
 from fleet.agent.modes import Goal, Mode, in_words, mode_word
-from fleet.agent.step import Decision, Nav, Order, State
+from fleet.agent.step import FOREIGN_FROM, Decision, Nav, Order, State
 from fleet.avoidance.types import Peer
-from fleet.coordination import Member
+from fleet.coordination import Leader, Member
 from fleet.mission.load import encode as encode_mission
+from fleet.paths import Shift
 from fleet.recording import topics
 from fleet.recording.seam import NullRecorder, Recording
 from fleet.wire import keys
@@ -42,6 +44,8 @@ class Inputs(Struct, frozen=True, array_like=True):
     members: tuple[Member[float], ...]
     peers: tuple[Peer[float], ...]
     order: Order[float]
+    abroad: Abroad | None = None
+    leader: Leader[float] | None = None
 
 
 class Laid(Struct, frozen=True, array_like=True):
@@ -53,6 +57,8 @@ class Laid(Struct, frozen=True, array_like=True):
     kind: str  # "mission", "track" or "point"
     points: tuple[tuple[float, float], ...]
     mission: bytes
+    abeam: float = 0.0  # metres to starboard of the mission's path
+    shift: Shift | None = None  # of lanes
 
 
 class Counters(Struct):
@@ -97,7 +103,8 @@ class Reporter:
 
     def course(self, course: Course) -> None:
         """The boat lays another course."""
-        laid = Laid(__version__, self._agent.boat, self._number, course.kind, course.points, self._mission)
+        boat, kind = self._agent.boat, course.kind
+        laid = Laid(__version__, boat, self._number, kind, course.points, self._mission, course.abeam, course.shift)
         self.recording.put(self._course_topic, self._agent.now_ns, self._encode(laid))
 
     def tick(
@@ -110,13 +117,17 @@ class Reporter:
         peers: Sequence[Peer[float]],
         order: Order[float],
         decision: Decision[float],
+        abroad: Abroad | None = None,
+        leader: Leader[float] | None = None,
     ) -> None:
         """What went into `step`, and what came out."""
         self.counters.ticks += 1
         if not self._records:
             return
         put = self.recording.put
-        put(self._inputs, now_ns, self._encode((self.counters.ticks, dt, state, nav, members, peers, order)))
+        inputs = (self.counters.ticks, dt, state, nav, members, peers, order)
+        more = (abroad,) if leader is None else (abroad, leader)
+        put(self._inputs, now_ns, self._encode(inputs if more == (None,) else (*inputs, *more)))
         put(self._decision, now_ns, self._encode(decision))
 
     # -- publishing ------------------------------------------------------------------------------------------------
@@ -196,6 +207,7 @@ class Reporter:
             simulated=agent.driver.simulated,
             control=agent.orders.control,
             length_m=agent.params.limits.length_m,
+            foreign=agent.lookout.order(),
         )
 
     def _note_changes(self) -> None:
@@ -207,12 +219,15 @@ class Reporter:
                 text = f"{mode_word(int(self._mode))} -> {mode_word(int(d.mode))}" + (f": {why}" if why else "")
                 agent.orders.note("mode", text, d.mode)
             self._mode = d.mode
+        for kind, text in agent.lookout.notes():
+            agent.orders.note(kind, text)
+        by_fleet = not agent.lookout.acting or bool(agent.picture.name_of(d.target))  # else the lookout has said it
         if d.avoiding != self._avoiding or (d.avoiding > 0.5 and d.target != self._target):
-            if d.avoiding > 0.5:
+            if d.avoiding > 0.5 and by_fleet:
                 side = SIDES.get(d.side, "")
                 name = agent.picture.name_of(d.target) or "others"
                 agent.orders.note("avoid", f"keeping clear of {name}" + (f", leaving it to {side}" if side else ""))
-            else:
+            elif d.avoiding < 0.5 and self._target < FOREIGN_FROM:
                 agent.orders.note("avoid", "clear")
             self._avoiding, self._target = d.avoiding, d.target
 
@@ -253,6 +268,10 @@ class Reporter:
             hull=sailing.plan.boats[sailing.number].hull if sailing is not None else "",
             refusals=tuple(f"{count} x {why}" for why, count in refusals),
             switched_ns=sailing.switched_ns if sailing is not None else 0,
+            pattern=sailing.shape.pattern if sailing is not None else "",
+            lateral_m=sailing.shape.lateral_m if sailing is not None else 0.0,
+            slot=sailing.shape.slots[sailing.number] if sailing is not None else 0.0,
+            traffic=agent.lookout.words(),
         )
         counters.worst_late_ms = 0.0
         agent.bus.put(keys.STATUS, encode(status))

@@ -124,7 +124,8 @@ class Resumption:
         gap_s = (now_ns - progress.stamp_ns) * 1e-9
         window = boat.limits.speed_max_mps * gap_s + 5.0
         x, y = plane.to_local(agent.reading.lat_deg, agent.reading.lon_deg)
-        self._abscissa = boat.path.project(x, y, progress.s_m - window, progress.s_m + window)
+        own = courses.along_mission(sailing).path
+        self._abscissa = own.project(x, y, progress.s_m - window, progress.s_m + window)
         agent.orders.begin(sailing, Goal(progress.goal))
         agent.orders.note("resumed", f"at {self._abscissa:.0f} m after {gap_s:.1f} s")
 
@@ -140,7 +141,7 @@ class Resumption:
         if agent.nav.sound < 0.5:
             return "own navigation is stale or not finite"
         if text == "nearest":
-            self._abscissa = boat.path.project(agent.nav.x, agent.nav.y)
+            self._abscissa = courses.along_mission(sailing).path.project(agent.nav.x, agent.nav.y)
         elif text:
             try:
                 s = float(text)

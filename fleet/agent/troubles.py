@@ -23,6 +23,7 @@ class Circumstances(Struct, frozen=True):
     driver_trouble: str
     name_taken: bool
     has_track: bool
+    leader_lost_s: float = 0.0  # for how long a wingman has not heard its leader
 
 
 class Troubles:
@@ -89,6 +90,8 @@ class Troubles:
             alone = (now - self.link_down_ns) * 1e-9 < mission.lost.alone_for_s
             return (Goal.ALONE if alone else Goal.HOLD), Reason.LINK_DOWN
         self.link_down_ns = 0
+        if seen.leader_lost_s > mission.lost.alone_for_s:
+            return Goal.HOLD, Reason(0)
         if seen.operator_there or mission.lost.operator == "continue":
             self.operator_gone_ns = 0
             return Goal.FOLLOW, Reason(0)

@@ -14,6 +14,7 @@ from msgspec import Struct
 
 from fleet.analysis.separation import Approach, approaches
 from fleet.analysis.series import KEEPS_FORMATION, Said, Series, Track, load
+from fleet.analysis.traffic import passings
 from fleet.mission.checks import CheckResult, evaluate
 from fleet.recording.topics import Status
 
@@ -28,6 +29,16 @@ FIGURES: dict[str, tuple[str, str]] = {
         "m",
     ),
     "collisions": ("Times that two hulls came nearer than the sum of their half lengths.", ""),
+    "min_traffic_m": (
+        "Least distance between the hulls of a boat and of a vessel that is not of the fleet, from true tracks.",
+        "m",
+    ),
+    "contacts": ("Times that a boat's hull touched that of such a vessel.", ""),
+    "min_domain": (
+        "Least distance of a boat's centre from the core of such a vessel (its middle line and what it covers in 10 s, "
+        "at most 3 lengths), as a share of C0, the distance that boats keep from a vessel of its size.",
+        "",
+    ),
     "reformed_s": (
         "From the last formation change put in force (from launch if there was none) until the along-path error of "
         "every boat that follows or avoids stays below 1 m to the end; empty if it never does.",
@@ -74,20 +85,29 @@ class Summary(Struct, frozen=True, kw_only=True):
     simulated_s: float
     wall_s: float | None
     run: str
+    min_traffic_m: float | None = None
+    contacts: int | None = None
+    min_domain: float | None = None
 
 
-def summarise(folder: Path | str, wall_s: float | None = None, checks: Mapping[str, float] | None = None) -> Summary:
+def summarise(
+    folder: Path | str,
+    wall_s: float | None = None,
+    checks: Mapping[str, float] | None = None,
+    series: Series | None = None,
+) -> Summary:
     """The figures of the run in a folder, checked against its mission.
 
     Args:
         folder: a run folder
         wall_s: duration on the wall; otherwise what an earlier summary says
         checks: limits; otherwise those of the folder's mission.toml
+        series: the run, if it was loaded already
 
     Raises:
         RecordingError: there is no run to read
     """
-    series = load(folder)
+    series = load(folder) if series is None else series
     mission = mission_tree(Path(folder))
     if wall_s is None:
         wall_s = _earlier_wall_s(Path(folder))
@@ -102,9 +122,13 @@ def summary_of(series: Series, mission: str, checks: Mapping[str, float], wall_s
     moving = run_up_end_s(series.said, series.tracks, launched)
     speeds = speed_range(series.said, series.tracks, moving)
     pairs = approaches(series.tracks)
+    passed_by = passings(series.tracks, series.traffic)
     figures: dict[str, Any] = {
         "min_separation_m": pairs[0].distance_m if pairs else None,
         "collisions": collisions(series.tracks, pairs),
+        "min_traffic_m": passed_by[0].hull_m if passed_by else None,
+        "contacts": sum(one.contacts for one in passed_by) if series.traffic else None,
+        "min_domain": min((one.domain for one in passed_by), default=None),
         "reformed_s": reformed_s(series.said, changed_s(series, launched)),
         "speed_min_mps": speeds[0] if speeds else None,
         "speed_max_mps": speeds[1] if speeds else None,

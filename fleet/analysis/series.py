@@ -62,6 +62,7 @@ class Series(Struct, frozen=True):
     events: list[Event] = field(default_factory=list)
     commands: list[Command] = field(default_factory=list)
     unreadable: int = 0  # messages that do not decode
+    traffic: dict[str, Track] = field(default_factory=dict)  # vessels that are not of the fleet
 
     @property
     def boats(self) -> list[str]:
@@ -79,8 +80,12 @@ class Series(Struct, frozen=True):
         return (stamp_ns - self.start_ns) * 1e-9
 
 
-def load(folder: Path | str) -> Series:
+def load(folder: Path | str, *, empty: bool = False) -> Series:
     """The run in a folder.
+
+    Args:
+        folder: a run folder
+        empty: a recording without boats is a run of nothing, and no error
 
     Raises:
         RecordingError: there is no recording, or nothing in it
@@ -96,9 +101,9 @@ def load(folder: Path | str) -> Series:
         taken.take(message)
     stamps = [one.stamp_ns for many in taken.truths.values() for one in many]
     stamps += [one.stamp_ns for many in taken.states.values() for one in many]
-    if not stamps:
+    if not stamps and not empty:
         raise RecordingError(f"{path}: no boat in it; expected messages on /truth/<boat> or /<boat>/state")
-    start_ns = min(stamps)
+    start_ns = min(stamps, default=0)
     said = {name: _said(many, start_ns) for name, many in taken.states.items()}
     tracks = {name: _true_track(many, start_ns) for name, many in taken.truths.items()}
     for name, many in taken.states.items():
@@ -113,6 +118,7 @@ def load(folder: Path | str) -> Series:
         events=taken.events,
         commands=taken.commands,
         unreadable=taken.unreadable,
+        traffic={name: _true_track(many, start_ns) for name, many in taken.traffic.items()},
     )
 
 
@@ -121,6 +127,7 @@ class _Taken:
 
     def __init__(self) -> None:
         self.truths: dict[str, list[Truth]] = {}
+        self.traffic: dict[str, list[Truth]] = {}
         self.states: dict[str, list[State]] = {}
         self.statuses: dict[str, list[Status]] = {}
         self.events: list[Event] = []
@@ -134,6 +141,8 @@ class _Taken:
         try:
             if first == "truth":
                 self.truths.setdefault(last, []).append(self._decode(message, Truth))
+            elif first == "traffic":
+                self.traffic.setdefault(last, []).append(self._decode(message, Truth))
             elif last == "state":
                 self.states.setdefault(first, []).append(self._decode(message, State))
             elif last == "status":

@@ -11,6 +11,7 @@ from typing import Any, Literal
 from msgspec import Struct, structs
 
 from fleet.avoidance import circle, pair, params, scoring
+from fleet.plugins import Kinds
 
 CLOSER = 3.5 / 6.0
 """Share of the safety radius that boats of the fleet keep from each other while a foreign vessel decides."""
@@ -64,31 +65,31 @@ def _circle_align(
     return memory
 
 
-METHODS: dict[str, Method] = {
-    method.name: method
-    for method in (
-        Method(
-            name="scoring",
-            description="velocities scored by nearness, side and cost, with a last-moment brake (default)",
-            params=_scoring_params,
-            start=scoring.start_memory,
-            keep_clear=scoring.keep_clear,
-            memory=scoring.ScoringMemory[float],
-            align=scoring.align,
-            closer=_scoring_closer,
-        ),
-        Method(
-            name="circle",
-            description="the safety circle of Bibuli et al. (2014), corrected; knows positions only",
-            params=_circle_params,
-            start=circle.start_memory,
-            keep_clear=circle.keep_clear,
-            memory=circle.CircleMemory[float],
-            align=_circle_align,
-            closer=_circle_closer,
-        ),
-    )
-}
-"""Every method by the name that a mission file gives it."""
+_BUILT_IN = (
+    Method(
+        name="scoring",
+        description="velocities scored by nearness, side and cost, with a last-moment brake (default)",
+        params=_scoring_params,
+        start=scoring.start_memory,
+        keep_clear=scoring.keep_clear,
+        memory=scoring.ScoringMemory[float],
+        align=scoring.align,
+        closer=_scoring_closer,
+    ),
+    Method(
+        name="circle",
+        description="the safety circle of Bibuli et al. (2014), corrected; knows positions only",
+        params=_circle_params,
+        start=circle.start_memory,
+        keep_clear=circle.keep_clear,
+        memory=circle.CircleMemory[float],
+        align=_circle_align,
+        closer=_circle_closer,
+    ),
+)
+METHODS: Kinds[Method] = Kinds(
+    "fleet.keeping_clear", {method.name: method for method in _BUILT_IN}, needs=tuple(Method.__struct_fields__)
+)
+"""Every method by the name that a mission file gives it; other packages may add some."""
 
 __all__ = ["METHODS", "Method", "Side", "circle", "pair", "params", "scoring"]

@@ -38,8 +38,8 @@ class View(Struct, Generic[R], frozen=True, gc=False):
     d: R
     speed: R  # its speed over ground [m/s]
     horizon: R  # how far ahead to look if it is no companion [s]
-    margin: R  # for the uncertain relative position [m]
-    wanted: R  # radius R_s with margin and widening [m]
+    margin: R  # for the uncertain relative position, of R_c and the hard radius [m]
+    wanted: R  # radius R_s with its own margin and widening [m]
 
 
 class Judged(Struct, Generic[R], frozen=True, gc=False):
@@ -79,7 +79,7 @@ def view(own: Own[R], peer: Peer[R], params: ScoringParams) -> View[R]:
     d_sq = dx * dx + dy * dy
     its_straight = ops.where(peer.known == 1.0, peer.straight, params.horizon_unknown_s)
     straight = ops.minimum(ops.minimum(its_straight, own.straight), params.horizon_max_s)
-    margin = params.sigmas * ops.hypot(own.sigma, peer.sigma)
+    sigma = ops.hypot(own.sigma, peer.sigma)
     return View(
         dx,
         dy,
@@ -87,8 +87,8 @@ def view(own: Own[R], peer: Peer[R], params: ScoringParams) -> View[R]:
         ops.sqrt(d_sq),
         ops.hypot(peer.vx, peer.vy),
         ops.maximum(straight, params.horizon_min_s),
-        margin,
-        params.wanted_m + margin + peer.widen,
+        params.sigmas * sigma,
+        params.wanted_m + params.wanted_sigmas * sigma + peer.widen,
     )
 
 

@@ -28,6 +28,10 @@ def sail_case(
 
     family, name = _family(text, boats, method)
     seed, point, case = read_case(family, name)
+    if family.foreign:
+        from fleet.cli.case_ships import sail_ship_case
+
+        return sail_ship_case(family, name, (seed, point, case), json=json, picture=picture, record=record, runs=runs)
     results = alone.sail_case(family, seed, point, case)
     told = alone.told(family, seed, point, results)
     written: list[tuple[str, Path]] = []

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from fleet import __version__
-from fleet.cli import mission, orders, run, sail, say, station, status, sweep, words
+from fleet.cli import doctor, drive, mission, orders, run, sail, say, station, status, sweep, words
 from fleet.errors import FleetError
 
 TRACE = "FLEET_TRACE"
@@ -49,7 +49,9 @@ orders.add_to(app)
 words.add_to(app)
 status.add_to(app)
 station.add_to(app)
+drive.add_to(app)
 app.add_typer(mission.app, name="mission")
+app.add_typer(doctor.app, name="doctor")
 app.add_typer(run.app, name="run")
 app.add_typer(sweep.app, name="sweep")
 

@@ -71,11 +71,15 @@ def show(
 
 
 def _described(plan: Plan) -> Iterator[str]:
+    from fleet.mission.pattern import PATTERNS
+
     mission = plan.mission
     yield say.paint(mission.title, "bold")
     yield f"datum {mission.datum.lat_deg:.5f}, {mission.datum.lon_deg:.5f} deg; {mission.duration_s:g} s"
-    formation, clear = mission.formation, mission.keeping_clear
-    yield f"formation: spacing {formation.spacing_m:g} m, cruise {formation.cruise_mps:g} m/s"
+    clear = mission.keeping_clear
+    shape = plan.shape
+    abeam = f", lateral {shape.lateral_m:g} m" if PATTERNS[shape.pattern].lateral else ""
+    yield f"formation: {shape.pattern}, spacing {shape.spacing_m:g} m{abeam}, cruise {shape.cruise_mps:g} m/s"
     yield f"keeping clear: {clear.method}, radius {clear.radius_m:g} m; fence: {'yes' if mission.fence else 'none'}"
     yield "\npaths"
     rows = [

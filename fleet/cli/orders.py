@@ -12,11 +12,11 @@ from fleet.cli.outcome import finish, target, with_old
 from fleet.errors import FleetError, NobodyReachable, RefusedBySafetyCheck, UsageError
 
 if TYPE_CHECKING:
+    from fleet.mission.pattern import Shape
     from fleet.operator import Fleet
     from fleet.operator.fleet import Change
 
 NONE = "none"
-UNITS = {"spacing": "m", "speed": "m/s"}
 
 
 def launch(
@@ -54,8 +54,10 @@ def _held_title(fleet: Fleet) -> str:
 
 
 def set_(
-    what: Annotated[str, typer.Argument(metavar="spacing|speed", help="What to change.")],
-    value: Annotated[str, typer.Argument(metavar="VALUE", help="Metres (slot order turns with the sign), or m/s.")],
+    what: Annotated[str, typer.Argument(metavar="spacing|lateral|speed|pattern|leader|slots", help="What to change.")],
+    value: Annotated[
+        str, typer.Argument(metavar="VALUE", help="Metres, m/s, a pattern, a boat, or slots: b1=0,b2=-1.")
+    ],
     yes: Yes = False,
     json: Json = False,
     fleet: FleetName = "demo",
@@ -65,34 +67,36 @@ def set_(
 ) -> None:
     """Change the formation under way; asks first.
 
-    For example: fleet set spacing -20, fleet set speed 1.2. All boats change together, two seconds later.
+    For example: fleet set spacing -20, fleet set pattern wedge, fleet set slots b1=-1,b2=0. All boats change together,
+    two seconds later.
     """
-    if what not in UNITS:
-        raise UsageError(f"set {what!r}: expected spacing or speed")
-    unit = UNITS[what]
-    wanted = say.number(value, what, unit)
+    from fleet.mission.change import CHANGES, changed, words
+
+    if what not in CHANGES:
+        raise UsageError(f"set {what!r}: expected one of {', '.join(CHANGES)}")
+    unit = CHANGES[what].unit
+    wanted = say.number(value, what, unit) if unit else value
     say.must_be_able_to_ask(f"set {what}", yes)
     reach = Link(fleet, connect, operator, timeout)
     with reach.open() as link:
         held = link.formation()
-        old = held.spacing_m if what == "spacing" else held.cruise_mps
-        _check_before(held, what, wanted)
-        question = f"set {what}: {target(link, reach, [], held.roster)}: {old:g} {unit} -> {wanted:g} {unit}"
-        say.confirm(question, yes)
+        shape = changed(held.roster, held.shape, what, wanted)
+        _check_before(held, what, value, shape)
+        old, new = (words(held.roster, one, what) for one in (held.shape, shape))
+        say.confirm(f"set {what}: {target(link, reach, [], held.roster)}: {old} -> {new}", yes)
         if not yes and link.formation().revision != held.revision:
             raise FleetError("somebody else changed the formation while you were asked: nothing was sent; look again")
-        finish(link.set_spacing(wanted) if what == "spacing" else link.set_speed(wanted), json)
+        finish(link.set(what, wanted), json)
 
 
-def _check_before(held: Change, what: str, wanted: float) -> None:
+def _check_before(held: Change, what: str, value: str, shape: Shape) -> None:
     """What the boats would refuse is not sent."""
     from fleet.mission.check import check_formation
     from fleet.mission.plan import build
 
-    spacing_m, cruise_mps = (wanted, held.cruise_mps) if what == "spacing" else (held.spacing_m, wanted)
-    problems = check_formation(build(held.mission), spacing_m, cruise_mps)
+    problems = check_formation(build(held.mission), shape)
     if problems:
-        raise RefusedBySafetyCheck("\n".join(f"set {what} {wanted:g}: {problem}" for problem in problems))
+        raise RefusedBySafetyCheck("\n".join(f"set {what} {value}: {problem}" for problem in problems))
 
 
 def add_to(app: typer.Typer) -> None:

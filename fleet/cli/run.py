@@ -106,22 +106,34 @@ def show(run: Which = "last", json: Json = False, runs: Runs = None) -> None:
 
 
 @app.command()
-def report(run: Which = "last", json: Json = False, runs: Runs = None) -> None:
+def report(
+    run: Which = "last",
+    paper: Annotated[
+        bool, typer.Option("--paper", help="Also paper.png: the figures in the manner of Bibuli et al. (2014).")
+    ] = False,
+    json: Json = False,
+    runs: Runs = None,
+) -> None:
     """Write summary.json, picture.png and report.html of a run into its folder."""
     from fleet.analysis.figures import draw
-    from fleet.analysis.metrics import write_summary
+    from fleet.analysis.figures_paper import draw_paper
+    from fleet.analysis.metrics import summarise, write_summary
     from fleet.analysis.report import write_report
+    from fleet.analysis.series import load
     from fleet.recording.runs import find
 
     found = find(runs, run)
-    summary = _summary(found)
+    series = load(found.folder, empty=True)
+    summary = summarise(found.folder, series=series)
     write_summary(summary, found.summary_file)
     written = {"summary": found.summary_file}
     try:
-        written["picture"] = draw(found.folder, found.folder / "picture.png")
+        written["picture"] = draw(found.folder, found.folder / "picture.png", series)
+        if paper:
+            written["paper"] = draw_paper(found.folder, found.folder / "paper.png", series)
     except FleetError as error:
         say.hint(str(error))
-    written["report"] = write_report(found.folder, None, summary)
+    written["report"] = write_report(found.folder, None, summary, series)
     if json:
         say.out_json({"run": str(found.folder), **{what: str(path) for what, path in written.items()}})
         return

@@ -49,6 +49,10 @@ def sim(
     lockstep: Annotated[
         bool, typer.Option("--lockstep", help="One process, no clock: as fast as it goes, the same bits every time.")
     ] = False,
+    driver: Annotated[
+        Literal["simulated", "can", "mavlink"],
+        typer.Option(help="Between agent and hull: nothing, a simulated thruster controller (can) or autopilot."),
+    ] = "simulated",
     case: Annotated[
         str | None,
         typer.Option(metavar="FAMILY:CASE", help="Sail one case of a sweep alone, instead of a mission."),
@@ -62,7 +66,8 @@ def sim(
     """
     if case is not None:
         given = {"MISSION": mission is not None, "--warp": warp != 1.0, "--seed": seed != 0, "--set": bool(set_),
-                 "--topology": topology != "hub", "--keep": keep, "--lockstep": lockstep}  # fmt: skip
+                 "--topology": topology != "hub", "--driver": driver != "simulated", "--keep": keep,
+                 "--lockstep": lockstep}  # fmt: skip
         wrong = [name for name, there in given.items() if there]
         if wrong:
             raise UsageError(f"--case {case} says all about what is sailed: expected no {', '.join(wrong)} with it")
@@ -74,15 +79,24 @@ def sim(
         raise UsageError("expected a MISSION (fleet mission list names the ready ones), or --case FAMILY:CASE")
     if not SLOWEST <= warp <= FASTEST:
         raise UsageError(f"--warp {warp:g}: expected {SLOWEST:g} to {FASTEST:g}")
-    if lockstep and (keep or warp != 1.0 or topology != "hub"):
-        raise UsageError("--lockstep has neither clock nor network: expected no --warp, --topology or --keep with it")
+    if lockstep and (keep or warp != 1.0 or topology != "hub" or driver != "simulated"):
+        raise UsageError(
+            "--lockstep has neither clock nor network: expected no --warp, --topology, --driver or --keep with it"
+        )
     overrides = [*(set_ or []), *([f"keeping_clear.method={method}"] if method is not None else [])]
     plan = read_mission(mission, overrides, boats)
     from fleet.sim.sail import Options
 
     port = HUB_PORT if keep and _free(HUB_PORT) else 0
     options = Options(
-        warp=warp, seed=seed, topology=topology, record=record == "full", keep=keep, hub_port=port, root=runs
+        warp=warp,
+        seed=seed,
+        topology=topology,
+        record=record == "full",
+        driver=driver,
+        keep=keep,
+        hub_port=port,
+        root=runs,
     )
     raise typer.Exit(_sail(plan, mission, options, json, picture, lockstep))
 
@@ -215,12 +229,14 @@ def _write(sailing: Sailing, summary: Summary, drawn: bool) -> list[tuple[str, P
         return written
     from fleet.analysis.figures import draw
     from fleet.analysis.report import write_report
+    from fleet.analysis.series import load
 
+    series = load(run.folder)
     try:
-        written.append(("picture", draw(run.folder, run.folder / "picture.png")))
+        written.append(("picture", draw(run.folder, run.folder / "picture.png", series)))
     except FleetError as error:
         say.hint(str(error))
-    written.append(("report", write_report(run.folder, None, summary)))
+    written.append(("report", write_report(run.folder, None, summary, series)))
     return written
 
 

@@ -91,12 +91,16 @@ def _said(picture: dict[str, Any]) -> str:
 
     up = f"{len(rows)} of {say.count(len(picture['boats']), 'boat')} alive"
     formation = f"spacing {each('spacing_m', '{:g} m')}, cruise {each('cruise_mps', '{:g} m/s')}"
+    if any(row.get("pattern") not in (None, "column") for row in rows):
+        formation = f"{each('pattern')}, {formation}, lateral {each('lateral_m', '{:g} m')}"
+    slots = ", ".join(f"{row['boat']}={row['slot']:g}" for row in rows if row.get("slot") is not None)
     revision = each("formation_in_force")
     mission = each("mission")
     if mission == "none":
         return f"fleet {picture['fleet']}: {up}; no mission; control: {each('controller')}"
     head = f"fleet {picture['fleet']}: {up}; control: {each('controller')}"
-    return f"{head}\n{mission}\nformation: {formation}, revision {revision}"
+    shown = f"\nslots: {slots}" if slots else ""
+    return f"{head}\n{mission}\nformation: {formation}, revision {revision}{shown}"
 
 
 def _print(picture: dict[str, Any], json: bool) -> None:

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 
 def print_summary(summary: Summary) -> None:
     """Print figures, checks and the verdict."""
+    from fleet.analysis.html import shown
     from fleet.analysis.metrics import FIGURES
-    from fleet.analysis.report import shown
     from fleet.mission.checks import CHECKS
 
     say.out(say.paint(summary.mission, "bold"))

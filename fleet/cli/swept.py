@@ -17,6 +17,12 @@ UNITS = ("", "", "", "", "boats", "cases", "m", "m", "s", "s", "rms m", "rms m")
 KEYS = ("cases", "collisions", "standstills", "arrived", "inside_radius", "min_separation_m", "separation_median_m",
         "delay_median_s", "delay_p95_s", "cross_track_rms_m", "formation_rms_m")  # fmt: skip
 
+SHIP_HEADS = ("", "cases", "contacts", "domain", "0.8 of it", "side", "in time", "rules", "decisions", "reversals", "again", "delay", "95 %", "boats")  # fmt: skip  # noqa: E501
+SHIP_UNITS = ("", "", "", "kept", "kept", "right", "share", "right", "mean", "share", "share", "s", "s", "m")
+SHIP_KEYS = ("cases", "contacts", "domain_kept", "domain_kept_08", "side_right", "in_time", "rule_right", "decisions",
+             "reversals", "retriggers", "delay_median_s", "delay_p95_s", "min_separation_m")  # fmt: skip
+"""Of families with foreign vessels."""
+
 
 def print_sweep(store: Store, found: dict[str, Any], picture: bool) -> None:
     """The table, the checks, the failing cases and where everything is."""
@@ -56,10 +62,12 @@ def print_sweep(store: Store, found: dict[str, Any], picture: bool) -> None:
 
 def table_of(points: Sequence[dict[str, Any]], together: dict[str, Any] | None) -> list[str]:
     """A row a point, and one for all of them together where they are several."""
-    rows = [[point["label"], *(_shown(point.get(key)) for key in KEYS)] for point in points]
+    foreign = any("contacts" in point for point in points)
+    heads, units, keys = (SHIP_HEADS, SHIP_UNITS, SHIP_KEYS) if foreign else (HEADS, UNITS, KEYS)
+    rows = [[point["label"], *(_shown(point.get(key)) for key in keys)] for point in points]
     if together is not None and len(points) > 1:
-        rows.append(["together", *(_shown(together.get(key)) for key in KEYS)])
-    return say.aligned([HEADS, UNITS, *rows], right=range(1, len(HEADS)), indent="  ")
+        rows.append(["together", *(_shown(together.get(key)) for key in keys)])
+    return say.aligned([heads, units, *rows], right=range(1, len(heads)), indent="  ")
 
 
 def _shown(value: float | None) -> str:

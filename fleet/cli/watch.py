@@ -61,7 +61,8 @@ def _views(progress: Progress) -> list[BoatView]:
 def _formation(rows: list[dict[str, Any]]) -> str:
     """The formation in force, where the boats agree; else what each group has."""
     held = Counter(
-        f"spacing {row['spacing_m']:g} m, cruise {row['cruise_mps']:g} m/s, revision {row['formation_in_force']}"
+        f"{row['pattern'] or ''}, spacing {row['spacing_m']:g} m, cruise {row['cruise_mps']:g} m/s, "
+        f"revision {row['formation_in_force']}".removeprefix(", ")
         for row in rows
         if row["alive"] and row.get("spacing_m") is not None
     )

@@ -8,6 +8,20 @@ from typing import Protocol
 from msgspec import Struct
 
 
+class Sighting(Struct, frozen=True, array_like=True, gc=False):
+    """One report of a vessel that is not of the fleet."""
+
+    stamp_ns: int  # when it was measured, by the agent's clock
+    source: str  # "ais": the vessel's own words; "positions": seen by a sensor of ours
+    name: str  # of the vessel; "": a bare position, and whose it is must be found out
+    lat_deg: float
+    lon_deg: float
+    position_error_m: float  # 1 sigma per axis
+    v_north_mps: float = math.nan  # velocity over ground
+    v_east_mps: float = math.nan
+    length_m: float = math.nan
+
+
 class Reading(Struct, frozen=True, gc=False):
     """What a driver knows of its boat; the stamp tells how old it is."""
 
@@ -22,6 +36,12 @@ class Reading(Struct, frozen=True, gc=False):
     battery_percent: float = math.nan
     authority: str = ""  # who commands the boat if we do not: "pilot", "failsafe RTL", ...
     trouble: str = ""  # why the boat cannot be commanded
+    sightings: tuple[Sighting, ...] = ()  # reports since the last reading
+    raw: bool = False  # straight from the sensors, to be fused: each may be missing (NaN), and has its error and stamp
+    velocity_error_mps: float = 0.0  # 1 sigma per axis
+    heading_error_rad: float = 0.0  # 1 sigma
+    heading_stamp_ns: int = 0  # when the heading was measured; 0: with the rest
+    yaw_rate_stamp_ns: int = 0
 
 
 class Driver(Protocol):

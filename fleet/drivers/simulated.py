@@ -11,10 +11,11 @@ import socket
 import msgspec
 from msgspec import Struct
 
-from fleet.drivers.seam import Reading
+from fleet.drivers.seam import Reading, Sighting
 from fleet.errors import ConfigError
 
-LARGEST = 2048
+LARGEST = 32768
+MOST_SIGHTINGS = 256  # kept while nobody reads
 
 
 class Setpoint(Struct, frozen=True, array_like=True, tag="set"):
@@ -60,14 +61,19 @@ class SimulatedDriver:
         self.neutral()
 
     def read(self) -> Reading:
-        """The newest reading; datagrams that do not decode are passed over."""
+        """The newest reading, with the sightings of those before it; datagrams that do not decode are passed over."""
+        sightings: list[Sighting] = []
         if self._socket is not None:
             with contextlib.suppress(BlockingIOError, ConnectionRefusedError):
                 while True:
                     payload = self._socket.recv(LARGEST)
                     with contextlib.suppress(msgspec.DecodeError):
                         self.sensed = _decode(payload)
-        return self.sensed.reading
+                        sightings += self.sensed.reading.sightings
+        reading = self.sensed.reading
+        if not sightings and not reading.sightings:
+            return reading
+        return msgspec.structs.replace(reading, sightings=tuple(sightings[-MOST_SIGHTINGS:]))
 
     def write(self, surge_mps: float, yaw_rate_radps: float) -> str:
         """Command the boat."""

@@ -5,17 +5,17 @@
     m33 r_dot = N - (m22 - m11) u v + (N_r + N_rr |r|) r
 
 with u, v the velocity through the water (moved by current and leeway). Tran et al., Machines 2021, 9, 133, print the
-thrusters (`fleet.guidance.thrust`) and a radius of turning of 4 m, no masses and no damping. Those here are derived from the
-size: 55 kg afloat and 9 to 36 % of added mass; sway and yaw die out in 0.8 and 0.6 s; full thrust gives 2.5 m/s. The 1.3 rad/s
-that all thrusters together can turn it at are more than the 4 m say: the authors had the side thrusters only.
+thrusters (`fleet.guidance.thrust`) and a radius of turning of 4 m, but no masses and no damping. Those here are derived
+from the size: 55 kg afloat and 9 to 36 % of added mass; sway and yaw die out in 0.8 and 0.6 s; full thrust gives
+2.5 m/s. So derived the boat turns tighter than the printed 4 m.
 
 Under plain set-points its inner loops are ours: integral on the error, proportional on the speed itself,
 
     X_dot = m11 (K_i (u_d - u) - K_p u_dot) - drag_dot,  N_dot = m33 (K_i (r_d - r) - K_p r_dot)
 
-allocated to the thrusters, yaw first, each within its limits and its rate. Force and moment really given are the memory of
-these loops (`i_u`, per mass; `i_r`, per inertia), so nothing winds up. Kept as two numbers, the thrusts behind them are always
-as `allocate` shares them; the simulated controller, which is told thrusts, keeps all four (`push`).
+allocated to the thrusters, yaw first, each within its limits and its rate. Force and moment really given are the memory
+of these loops (`i_u`, per mass; `i_r`, per inertia), so nothing winds up. Kept as two numbers, the thrusts behind them
+are always as `allocate` shares them; the simulated controller, which is told thrusts, keeps all four (`push`).
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ M11, M22, M33 = 60.0, 75.0, 12.0  # with added mass [kg, kg, kg m2]
 X_U, Y_V, N_R = -15.0, -90.0, -20.0  # [kg/s, kg/s, kg m2/s]
 X_UU, Y_VV, N_RR = -36.0, -150.0, -10.0  # [kg/m, kg/m, kg m2]
 _K_U, _I_U = 2.0, 1.0  # surge loop: lag K/I = 2 s [1/s, 1/s2]
-_K_R, _I_R = 2.0, 6.0  # yaw loop: lag with the hull's own damping 0.6 s [1/s, 1/s2]
+_K_R, _I_R = 4.0, 9.0  # yaw loop: lag with the hull's own damping 0.6 s [1/s, 1/s2]
 
 
 def start(x: float, y: float, psi: float, u: float) -> HullState[float]:
@@ -56,7 +56,7 @@ def drag(u: R) -> R:
 
 
 def push(state: HullState[R], surge: R, yaw: R, water: Water[R], dt: float) -> HullState[R]:
-    """The boat dt seconds later under a force along the hull [N] and a yaw moment [Nm]; the loops' memory is left alone."""
+    """The boat dt seconds later under a force along the hull [N] and a yaw moment [Nm]; no loops."""
     dn, de = water.current_n + water.wind_n, water.current_e + water.wind_e
     s, c = ops.sincos(state.psi + 0.5 * dt * state.r)
     u_c, v_c = dn * c + de * s, de * c - dn * s

@@ -10,19 +10,13 @@ from msgspec import Struct
 from fleet.avoidance import METHODS
 from fleet.hulls import HULLS
 from fleet.mission.checks import CHECKS
-from fleet.mission.formation import (
-    CRUISE_MARGIN_MPS,
-    check_formation,
-    cruise_misfits,
-    gap_needed,
-    near_places,
-    smallest_gap,
-    spacing_misfits,
-)
+from fleet.mission.formation import check_formation, gap_needed, misfits, near_places, smallest_gap
+from fleet.mission.misfit import CRUISE_MARGIN_MPS
 from fleet.mission.model import Mission
 from fleet.mission.plan import Plan, attempt
 from fleet.mission.problem import Key, Problem, hint, texts
-from fleet.mission.timeline import timeline_problems, timeline_warnings
+from fleet.mission.timeline import shapes, timeline_problems, timeline_warnings
+from fleet.mission.traffic import course_problems, traffic_problems
 from fleet.mission.waters import water_problems, water_warnings
 
 __all__ = ["Findings", "check", "check_formation"]
@@ -47,8 +41,9 @@ def check(mission: Mission, lines: Mapping[Key, int] | None = None) -> Findings:
     plan, problems = attempt(mission)
     found = [*_names(mission), *problems, *_limits(mission), *_settings(mission)]
     warnings: list[Problem] = list(_unused(mission))
+    found += traffic_problems(mission)
     if plan.boats:
-        found += [*_formation(plan), *water_problems(plan), *_checks(plan)]
+        found += [*_formation(plan), *water_problems(plan), *_checks(plan), *course_problems(plan)]
     found += timeline_problems(plan)
     if not found:
         warnings += [*_nearness(plan), *water_warnings(plan), *timeline_warnings(plan)]
@@ -68,10 +63,12 @@ def _names(mission: Mission) -> Iterator[Problem]:
         elif (taken := slots.setdefault((boat.path, boat.slot), boat.name)) != boat.name:
             yield Problem(("boats", i, "slot"), f"{taken} has this slot on path {boat.path}", boat.slot)
         if boat.hull not in HULLS:
-            yield Problem(("boats", i, "hull"), f"no such hull{hint(boat.hull, HULLS)}", boat.hull)
+            why = HULLS.why(boat.hull) or f"no such hull{hint(boat.hull, HULLS)}"
+            yield Problem(("boats", i, "hull"), why, boat.hull)
     method = mission.keeping_clear.method
     if method not in METHODS:
-        yield Problem(("keeping_clear", "method"), f"no such method{hint(method, METHODS)}", method)
+        why = METHODS.why(method) or f"no such method{hint(method, METHODS)}"
+        yield Problem(("keeping_clear", "method"), why, method)
     if not mission.paths:
         yield Problem(("paths",), "expected at least one path")
 
@@ -109,18 +106,17 @@ def _settings(mission: Mission) -> Iterator[Problem]:
 
 def _formation(plan: Plan) -> Iterator[Problem]:
     """The formation at launch."""
-    formation = plan.mission.formation
-    for misfit in cruise_misfits(plan, formation.cruise_mps):
-        yield Problem(("formation", misfit.key), misfit.text, formation.cruise_mps)
-    for misfit in spacing_misfits(plan, formation.spacing_m):
-        yield Problem(("formation", misfit.key), misfit.text, formation.spacing_m)
+    shape = plan.shape
+    values = {"cruise_mps": shape.cruise_mps, "spacing_m": shape.spacing_m, "lateral_m": shape.lateral_m}
+    for misfit in misfits(plan, shape):
+        if misfit.key != "slots":  # named already, with the boat
+            yield Problem(("formation", misfit.key), misfit.text, values.get(misfit.key, shape.pattern))
 
 
 def _checks(plan: Plan) -> Iterator[Problem]:
     """Checks that do not exist, or that no run can pass."""
     mission = plan.mission
-    changes = [event.value for event in mission.timeline if event.do == "set spacing" and event.value is not None]
-    gap = min(smallest_gap(plan, spacing) for spacing in (mission.formation.spacing_m, *changes))
+    gap = min(smallest_gap(plan, shape) for shape in (plan.shape, *(shape for _, _, shape in shapes(plan))))
     cruise = mission.formation.cruise_mps
     for name, limit in mission.checks.items():
         key = ("checks", name)
@@ -147,9 +143,11 @@ def _unused(mission: Mission) -> Iterator[Problem]:
 
 def _nearness(plan: Plan) -> Iterator[Problem]:
     """Where boats that hold their places pass so near that keeping clear will move them aside."""
-    spacing = plan.mission.formation.spacing_m
+    shape, spacing = plan.shape, plan.mission.formation.spacing_m
+    if shape.pattern == "wingman":  # they give each other room on purpose
+        return
     need = gap_needed(plan.mission)
-    for near in near_places(plan, spacing, need, shared=True):
+    for near in near_places(plan, shape, need, shared=True):
         where = f"the places of {near.first} and {near.second} come within {near.least_m:.1f} m of each other"
         wrong = f"{where}, {near.first} at {near.s_m:.0f} m of its path; below {need:.1f} m they keep clear first"
         yield Problem(("formation", "spacing_m"), wrong, spacing)

@@ -31,6 +31,11 @@ class CheckResult(Struct, frozen=True):
 CHECKS: dict[str, Check] = {
     "collisions": Check("at most", "", "pairs of hulls that touched"),
     "min_separation_m": Check("at least", "m", "least distance between the centres of two boats"),
+    "contacts": Check("at most", "", "times that a boat touched a vessel that is not of the fleet"),
+    "min_traffic_m": Check("at least", "m", "least distance between the hulls of a boat and of such a vessel"),
+    "min_domain": Check(
+        "at least", "", "least distance from such a vessel, as a share of what boats keep from one of its size"
+    ),
     "reformed_s": Check(
         "at most",
         "s",

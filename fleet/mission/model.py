@@ -100,6 +100,10 @@ class Formation(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     spacing_m: float
     cruise_mps: Positive
     gain_per_m: Positive = 0.3  # k_u
+    pattern: Literal["column", "abreast", "echelon", "wedge", "wingman"] = "column"
+    lateral_m: float | None = None  # from slot to slot abeam, + to starboard; None: as much as the spacing
+    vacancies: Literal["keep-gaps", "close-up"] = "keep-gaps"  # slots of boats that left: empty, or filled again
+    crossing: Literal["give-room", "keep-on"] = "give-room"  # wingmen where paths come near: fall back, or stay abeam
 
 
 class KeepingClear(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -134,15 +138,22 @@ class Lost(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 class Event(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """One entry of the timeline: an operator's command, or trouble that the simulator makes.
 
-    Operator: `set spacing`, `set speed` (with value), `hold`, `resume`, `abort`, `return`, `stop-now`, `release`,
-    `take`, `forget`. Simulator: `kill`, `start`, `freeze`, `thaw` (an agent), `radio-down`, `radio-up` (its radio),
-    `gnss-down`, `gnss-up`, `actuator-down`, `actuator-up`, `battery` (value: percent).
+    Operator: `set spacing`, `set speed`, `set lateral`, `set pattern`, `set leader`, `set slots` (with value), `hold`,
+    `resume`, `abort`, `return`, `stop-now`, `release`, `take`, `forget`. Simulator: `kill`, `start`, `freeze`, `thaw`
+    (an agent), `radio-down`, `radio-up` (its radio), `gnss-down`, `gnss-up`, `compass-down`, `compass-up`, `gyro-down`,
+    `gyro-up`, `actuator-down`, `actuator-up`, `pilot-takes`, `pilot-gives`, `bus-off`,
+    `bus-on`, `battery` (value: percent).
     """
 
     at_s: NotNegative
     do: str
-    value: float | None = None
+    value: float | str | None = None
     boats: tuple[str, ...] = ()  # empty: all
+
+    @property
+    def number(self) -> float:
+        """The value where it is a number, else 0."""
+        return self.value if isinstance(self.value, float) else 0.0
 
 
 class Environment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -154,6 +165,72 @@ class Environment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     wind_from_deg: float = 0.0
     gnss_sigma_m: NotNegative = 0.0  # 1-sigma per axis, correlated over 60 s (Gauss-Markov)
     gnss_white_m: NotNegative = 0.0  # 1-sigma per axis, white
+    gnss_velocity_mps: NotNegative = 0.0  # 1-sigma per axis
+    heading_noise_deg: NotNegative = 0.0  # 1-sigma
+    yaw_rate_noise_degps: NotNegative = 0.0  # 1-sigma
+
+
+class Gap(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A time in which nothing is received of a vessel."""
+
+    from_s: NotNegative
+    to_s: Positive
+
+
+class Ais(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="kind", tag="ais"):
+    """The vessel has AIS: it tells its position, course, speed and perhaps its size, and its name."""
+
+    interval_s: Annotated[float, Meta(ge=2.0, le=10.0)] = 6.0
+    noise_m: NotNegative = 2.0  # 1-sigma per axis of the position that it tells
+    velocity_noise_mps: NotNegative = 0.1  # 1-sigma per axis of the velocity that it tells
+    tells_size: bool = True
+    range_m: Positive = 10_000.0
+    loss: Share = 0.1  # of reports, each receiver for itself
+    gaps: tuple[Gap, ...] = ()
+
+
+class Positions(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="kind", tag="positions"):
+    """The boats' own sensors see the vessel: bare positions, neither name nor velocity."""
+
+    rate_hz: Annotated[float, Meta(ge=0.5, le=5.0)] = 1.0
+    noise_m: NotNegative = 2.0  # 1-sigma per axis
+    size_error: Annotated[float, Meta(ge=0.0, lt=1.0)] = 0.25  # the length seen is wrong by at most this share
+    range_m: Positive = 400.0
+    loss: Share = 0.1
+    gaps: tuple[Gap, ...] = ()
+
+
+class Steady(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="kind", tag="course"):
+    """A vessel on one course."""
+
+    start: Place
+    course_deg: float
+
+
+class Legs(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="kind", tag="waypoints"):
+    """A vessel from point to point; beyond the last it keeps its course."""
+
+    points: Annotated[tuple[Place, ...], Meta(min_length=2)]
+
+
+class Change(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What a vessel does at a time: `turn` (value: degrees, + to starboard), `speed` (value: m/s) or `stop`."""
+
+    at_s: NotNegative
+    do: Literal["turn", "speed", "stop"]
+    value: float | None = None
+
+
+class Vessel(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Another vessel in the simulation, that knows nothing of the fleet."""
+
+    name: Name
+    length_m: Annotated[float, Meta(ge=5.0, le=100.0)]
+    speed_mps: Annotated[float, Meta(ge=0.0, le=8.0)]
+    track: Steady | Legs
+    changes: tuple[Change, ...] = ()
+    gives_way: bool = False
+    sensed: Ais | Positions = field(default_factory=Ais)
 
 
 class Radio(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -179,6 +256,7 @@ class Mission(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     lost: Lost = field(default_factory=Lost)
     state_hz: Annotated[float, Meta(ge=1.0, le=50.0)] = 10.0
     timeline: tuple[Event, ...] = ()
+    traffic: tuple[Vessel, ...] = ()
     environment: Environment = field(default_factory=Environment)
     radio: Radio = field(default_factory=Radio)
     checks: dict[str, float] = {}

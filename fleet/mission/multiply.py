@@ -12,6 +12,7 @@ from msgspec import structs
 from fleet.errors import UsageError
 from fleet.mission.formation import gap_needed
 from fleet.mission.model import Boat, Event, Mission, Start
+from fleet.mission.pattern import PATTERNS, slots_of
 from fleet.mission.plan import BoatPlan, Plan, attempt
 
 MOST = 1000  # boats
@@ -39,8 +40,11 @@ def _timeline(mission: Mission, roster: Sequence[Boat]) -> Iterator[Event]:
     gone = {boat.name for boat in mission.boats} - {boat.name for boat in roster}
     for event in mission.timeline:
         kept = tuple(name for name in event.boats if name not in gone)
-        if kept or not event.boats:
-            yield structs.replace(event, boats=kept)
+        value = event.value
+        if isinstance(value, str) and event.do in ("set slots", "set leader"):
+            value = ",".join(part for part in re.split(r"[,\s]+", value.strip()) if part.partition("=")[0] not in gone)
+        if (kept or not event.boats) and value != "":
+            yield structs.replace(event, boats=kept, value=value)
 
 
 def _more(plan: Plan, boats: int) -> list[Boat]:
@@ -53,13 +57,32 @@ def _more(plan: Plan, boats: int) -> list[Boat]:
     for i in range(len(pattern), boats):
         boat = pattern[i % len(pattern)]
         step = _step([slot for slot, _ in taken[boat.path]])
-        slot, s = (max if step > 0.0 else min)(taken[boat.path])
-        slot += step
-        s = _free_start(plan, plan.boats[i % len(pattern)], [t for _, t in taken[boat.path]], s, step)
+        if PATTERNS[mission.formation.pattern].lateral:
+            slot, s = _next_place(plan, taken[boat.path], boats)
+        elif mission.formation.pattern == "wingman":
+            known = {one.slot for one in roster}
+            slot = next(one for one in slots_of("wingman", boats + len(known)) if one not in known)
+            s = _free_start(
+                plan, plan.boats[i % len(pattern)], [t for _, t in taken[boat.path]], boat.start.s_m or 0.0, -1.0
+            )
+        else:
+            slot, s = (max if step > 0.0 else min)(taken[boat.path])
+            slot += step
+            s = _free_start(plan, plan.boats[i % len(pattern)], [t for _, t in taken[boat.path]], s, step)
         taken[boat.path].append((slot, s))
         start = Start(s_m=s, speed_mps=boat.start.speed_mps)
         roster.append(structs.replace(boat, name=next(names), slot=slot, start=start))
     return _ahead(plan, roster)
+
+
+def _next_place(plan: Plan, taken: Sequence[tuple[float, float]], boats: int) -> tuple[float, float]:
+    """The pattern's next free slot, and the abscissa there, as the first boat of the path lies."""
+    shape, (first, s) = plan.shape, taken[0]
+    place = PATTERNS[shape.pattern].place
+    known = [slot for slot, _ in taken]
+    slot = next(slot for slot in slots_of(shape.pattern, boats + len(known)) if slot not in known)
+    ahead, reference = (place(one, shape.spacing_m, shape.lateral_m)[0] for one in (slot, first))
+    return slot, s + ahead - reference
 
 
 def _step(slots: Sequence[float]) -> float:

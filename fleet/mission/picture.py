@@ -8,10 +8,11 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from fleet.errors import FleetError
-from fleet.mission.plan import BoatPlan, Plan, Point
-from fleet.paths import sample
+from fleet.mission.model import Steady
+from fleet.mission.plan import BoatPlan, Plan, Point, metres
+from fleet.paths import Lane, sample
 
-SEA, PATH, FENCE, INK = "#f4f8fa", "#5b7f95", "#b5473c", "#22313a"
+SEA, PATH, FENCE, INK, VESSEL = "#f4f8fa", "#5b7f95", "#b5473c", "#22313a", "#7d6b4f"
 BOATS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7a5195", "#4d4d4d")
 """Colours that people with colour-blindness tell apart (Okabe and Ito), then two more; repeated for larger fleets."""
 
@@ -33,6 +34,7 @@ def picture(plan: Plan, where: str | FilePath) -> FilePath:
     axes = figure.add_subplot()
     _sea(axes, plan)
     _paths(axes, plan)
+    _traffic(axes, plan)
     for boat, slot in zip(plan.boats, slots(plan), strict=True):
         _boat(axes, boat, slot, plan.mission.keeping_clear.radius_m)
     _legend(axes, plan)
@@ -42,14 +44,14 @@ def picture(plan: Plan, where: str | FilePath) -> FilePath:
 
 def slots(plan: Plan) -> list[Point | None]:
     """Where each boat's place is at launch; None off the ends of its path."""
-    spacing = plan.mission.formation.spacing_m
+    shape = plan.shape
     sailing = [boat for boat in plan.boats if not boat.starts_late]
-    reference = _middle([boat.s - boat.slot * spacing for boat in sailing or plan.boats])
+    reference = _middle([boat.s - shape.ahead(boat.number) for boat in sailing or plan.boats])
     found: list[Point | None] = []
     for boat in plan.boats:
-        s = reference + boat.slot * spacing
+        s = reference + shape.ahead(boat.number)
         if boat.path.closed or 0.0 <= s <= boat.path.length:
-            point = boat.path.at(s)
+            point = boat.lane(shape).at(s)
             found.append((point.x, point.y))
         else:
             found.append(None)
@@ -70,6 +72,8 @@ def _extent(plan: Plan) -> tuple[float, float, float, float]:
     spots = points + [(b.x, b.y) for b in plan.boats] + list(plan.fence)
     spots += [plan.home] if plan.home is not None else []
     north, east = [x for x, _ in spots], [y for _, y in spots]
+    if plan.mission.traffic:  # room to see where vessels come from
+        around = max(around, 0.3 * max(max(north) - min(north), max(east) - min(east)))
     return min(north) - around, max(north) + around, min(east) - around, max(east) + around
 
 
@@ -124,6 +128,33 @@ def _paths(axes: Any, plan: Plan) -> None:
             )
         end = path.at(0.0 if path.closed else path.length)
         _word(axes, (end.x, end.y), name, PATH)
+    for boat in plan.boats:
+        own = boat.lane(plan.shape)
+        if isinstance(own, Lane):
+            step = _step(own.length)
+            spots = [own.at(min(i * step, own.length)) for i in range(math.ceil(own.length / step) + 1)]
+            axes.plot([p.y for p in spots], [p.x for p in spots], color=PATH, linewidth=0.7, zorder=3)
+
+
+def _traffic(axes: Any, plan: Plan) -> None:
+    """Other vessels' courses as their scripts begin them,; turns and giving way are not drawn."""
+    for vessel in plan.mission.traffic:
+        track = vessel.track
+        if isinstance(track, Steady):
+            (x, y), course = metres(track.start, plan.plane), math.radians(track.course_deg)
+            far = vessel.speed_mps * plan.mission.duration_s
+            points = [(x, y), (x + far * math.cos(course), y + far * math.sin(course))]
+        else:
+            points = [metres(point, plan.plane) for point in track.points]
+        east, north = [y for _, y in points], [x for x, _ in points]
+        axes.plot(east, north, color=VESSEL, linewidth=1.2, dashes=(5, 3), zorder=2.5, scalex=False, scaley=False)
+        axes.plot(east[0], north[0], marker="s", markersize=6, color=VESSEL, zorder=4)
+        across = min(max(east[0], axes.get_xlim()[0]), axes.get_xlim()[1])
+        up = min(max(north[0], axes.get_ylim()[0]), axes.get_ylim()[1])
+        words = f"{vessel.name}, {vessel.length_m:g} m, {vessel.speed_mps:g} m/s"
+        if (across, up) != (east[0], north[0]):
+            words += f", from {math.hypot(east[0] - across, north[0] - up):.0f} m away"
+        _word(axes, (up, across), words, VESSEL)
 
 
 def _boat(axes: Any, boat: BoatPlan, slot: Point | None, radius: float) -> None:

@@ -12,9 +12,10 @@ from fleet import ops
 from fleet.errors import MissionError
 from fleet.geo import Datum, Plane, plane_of
 from fleet.guidance.limits import Limits
-from fleet.mission.model import Arc, Boat, Geographic, Mission, PathSpec, Place, Polyline, Sine, Start, Straight
+from fleet.mission.model import Arc, Boat, Geographic, Mission, PathSpec, Place, Polyline, Sine, Start, Steady, Straight
+from fleet.mission.pattern import Shape
 from fleet.mission.problem import Key, Problem, texts
-from fleet.paths import Path, PathError, arc, polyline, sine, straight, through
+from fleet.paths import Lane, Path, PathError, arc, lane, polyline, sine, straight, through
 
 FARTHEST_M = 50_000.0  # from the datum; a flat sea is good for so much
 LONGEST_M = 100_000.0  # one path; a day at 1.2 m/s
@@ -45,6 +46,10 @@ class BoatPlan(Struct, frozen=True):
     starts_late: bool
     """Its agent is not started at the beginning: the timeline starts it before it ever kills it."""
 
+    def lane(self, shape: Shape) -> Path | Lane:
+        """What it sails in a formation: its path, or the lane of its slot beside it."""
+        return lane(self.path, shape.abeam(self.number))
+
 
 class Plan(Struct, frozen=True):
     """A mission in metres on the tangent plane at its datum."""
@@ -64,10 +69,22 @@ class Plan(Struct, frozen=True):
                 return boat
         raise KeyError(name)
 
-    def offsets(self, spacing_m: float | None = None) -> tuple[float, ...]:
-        """o_i = slot * spacing of every boat, + ahead [m]; at launch unless a spacing is given."""
-        spacing = self.mission.formation.spacing_m if spacing_m is None else spacing_m
-        return tuple(boat.slot * spacing for boat in self.boats)
+    @property
+    def shape(self) -> Shape:
+        """The formation at launch."""
+        return shape_of(self.mission)
+
+
+def shape_of(mission: Mission) -> Shape:
+    """The formation that a mission begins with."""
+    formation = mission.formation
+    return Shape(
+        pattern=formation.pattern,
+        spacing_m=formation.spacing_m,
+        lateral_m=abs(formation.spacing_m) if formation.lateral_m is None else formation.lateral_m,
+        cruise_mps=formation.cruise_mps,
+        slots=tuple(boat.slot for boat in mission.boats),
+    )
 
 
 def build(mission: Mission) -> Plan:
@@ -94,12 +111,14 @@ def attempt(mission: Mission) -> tuple[Plan, tuple[Problem, ...]]:
             if wrong is not None:
                 problems.append(Problem(("paths", name), wrong))
     late = _late(mission)
+    shape = shape_of(mission)
     boats = []
     for number, boat in enumerate(mission.boats):
         misfits = tuple(_start_problems(boat.start, ("boats", number, "start")))
         problems.extend(misfits)
         if boat.path in paths and not misfits:
-            boats.append(_boat(number, boat, paths[boat.path], plane, boat.name in late))
+            path = paths[boat.path]
+            boats.append(_boat(number, boat, path, lane(path, shape.abeam(number)), plane, boat.name in late))
     plan = Plan(
         mission=mission,
         plane=plane,
@@ -132,6 +151,11 @@ def places(mission: Mission) -> Iterator[tuple[Key, Place]]:
     for i, boat in enumerate(mission.boats):
         if boat.start.position is not None:
             yield ("boats", i, "start", "position"), boat.start.position
+    for i, vessel in enumerate(mission.traffic):
+        if isinstance(vessel.track, Steady):
+            yield ("traffic", i, "track", "start"), vessel.track.start
+        else:
+            yield from ((("traffic", i, "track", "points", j), point) for j, point in enumerate(vessel.track.points))
     if mission.fence is not None:
         yield from ((("fence", "points", i), point) for i, point in enumerate(mission.fence.points))
     if mission.home is not None:
@@ -203,18 +227,18 @@ def _start_problems(start: Start, key: Key) -> Iterator[Problem]:
         )
 
 
-def _boat(number: int, boat: Boat, path: Path, plane: Plane, late: bool) -> BoatPlan:
-    """One boat with its start pose."""
+def _boat(number: int, boat: Boat, path: Path, own: Path | Lane, plane: Plane, late: bool) -> BoatPlan:
+    """One boat with its start pose, on the lane that it sails."""
     start = boat.start
     if start.s_m is not None:
         s = start.s_m % path.length if path.closed else start.s_m
-        point = path.at(s)
+        point = own.at(s)
         x, y = point.x - point.ty * start.offset_m, point.y + point.tx * start.offset_m
         psi = ops.atan2(point.ty, point.tx)
     else:
         assert start.position is not None
         x, y = metres(start.position, plane)
-        s = path.project(x, y, 0.0, path.length)
+        s = own.project(x, y, 0.0, path.length)
         psi = math.radians(start.heading_deg or 0.0)
     return BoatPlan(
         number=number,

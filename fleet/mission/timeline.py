@@ -6,8 +6,11 @@ from collections.abc import Iterator
 
 from msgspec import Struct
 
-from fleet.mission.formation import cruise_misfits, spacing_misfits
+from fleet.errors import UsageError
+from fleet.mission.change import CHANGES, changed
+from fleet.mission.formation import cruise_misfits, place_misfits
 from fleet.mission.model import Event
+from fleet.mission.pattern import Shape
 from fleet.mission.plan import Plan
 from fleet.mission.problem import Key, Problem, hint
 
@@ -20,6 +23,8 @@ class Action(Struct, frozen=True):
     meaning: str
     value: str | None = None
     """What the value is; None: it takes none."""
+    words: bool = False
+    """The value is words, not a number."""
     fleet_wide: bool = False
     """It concerns the formation: no boats can be named."""
     named: bool = False
@@ -31,6 +36,24 @@ class Action(Struct, frozen=True):
 ACTIONS: dict[str, Action] = {
     "set spacing": Action("operator", "the formation's spacing", value="metres", fleet_wide=True),
     "set speed": Action("operator", "the formation's cruise speed", value="m/s", fleet_wide=True),
+    "set lateral": Action("operator", "metres from slot to slot abeam", value="metres", fleet_wide=True),
+    "set pattern": Action(
+        "operator", "the formation's pattern", value=CHANGES["pattern"].value, words=True, fleet_wide=True
+    ),
+    "set leader": Action(
+        "operator",
+        "a boat leads; it and the leader exchange slots",
+        value="the name of a boat",
+        words=True,
+        fleet_wide=True,
+    ),
+    "set slots": Action(
+        "operator",
+        "other slots for some boats",
+        value='their slots, such as "b1=-1,b2=0"',
+        words=True,
+        fleet_wide=True,
+    ),
     "hold": Action("operator", "keep station"),
     "resume": Action("operator", "go on after a hold", undoes="hold"),
     "abort": Action("operator", "end the mission, then hold"),
@@ -47,8 +70,16 @@ ACTIONS: dict[str, Action] = {
     "radio-up": Action("simulator", "its radio works again", undoes="radio-down"),
     "gnss-down": Action("simulator", "the boat loses its position"),
     "gnss-up": Action("simulator", "the position is back", undoes="gnss-down"),
+    "compass-down": Action("simulator", "the boat loses its heading"),
+    "compass-up": Action("simulator", "the heading is back", undoes="compass-down"),
+    "gyro-down": Action("simulator", "the boat loses its yaw rate"),
+    "gyro-up": Action("simulator", "the yaw rate is back", undoes="gyro-down"),
     "actuator-down": Action("simulator", "the boat no longer obeys its commands"),
     "actuator-up": Action("simulator", "it obeys again", undoes="actuator-down"),
+    "pilot-takes": Action("simulator", "a pilot takes the boat by remote control; needs `--driver`"),
+    "pilot-gives": Action("simulator", "the pilot gives it back", undoes="pilot-takes"),
+    "bus-off": Action("simulator", "the boat's CAN bus fails; needs `--driver can`"),
+    "bus-on": Action("simulator", "the CAN bus works again", undoes="bus-off"),
     "battery": Action("simulator", "the battery falls to a level", value="percent"),
 }
 
@@ -71,12 +102,16 @@ def timeline_problems(plan: Plan) -> Iterator[Problem]:
             yield Problem((*key, "value"), f"{event.do} takes no value", event.value)
         elif action.value is not None and event.value is None:
             yield Problem((*key, "value"), f"missing, {event.do} needs one: {action.value}")
+        elif action.value is not None and isinstance(event.value, str) != action.words:
+            expected = "text" if action.words else "a number"
+            yield Problem((*key, "value"), f"expected {expected}: {action.value}", event.value)
+        elif event.do == "battery" and not 0.0 <= event.number <= 100.0:
+            yield Problem((*key, "value"), "expected percent, from 0 to 100", event.value)
         if action.fleet_wide and event.boats:
             yield Problem((*key, "boats"), f"{event.do} concerns the whole fleet; expected none", event.boats)
         if action.named and not event.boats:
             yield Problem((*key, "boats"), f"missing, {event.do} needs the names of boats")
-        if event.value is not None:
-            yield from _value_problems(plan, event, event.value, (*key, "value"))
+    yield from _changes(plan)
 
 
 def timeline_warnings(plan: Plan) -> Iterator[Problem]:
@@ -85,16 +120,42 @@ def timeline_warnings(plan: Plan) -> Iterator[Problem]:
     yield from _too_late(plan)
 
 
-def _value_problems(plan: Plan, event: Event, value: float, key: Key) -> Iterator[Problem]:
-    """Values that the boats would refuse."""
-    if event.do == "set spacing":
-        for misfit in spacing_misfits(plan, value):
-            yield Problem(key, misfit.text, value)
-    elif event.do == "set speed":
-        for misfit in cruise_misfits(plan, value):
-            yield Problem(key, misfit.text, value)
-    elif event.do == "battery" and not 0.0 <= value <= 100.0:
-        yield Problem(key, "expected percent, from 0 to 100", value)
+def shapes(plan: Plan) -> Iterator[tuple[int, Event, Shape]]:
+    """The changes of the formation by time: place in the file, entry, and the formation from then on.
+
+    Entries that cannot be carried out change nothing.
+    """
+    yield from ((i, event, shape) for i, event, shape, wrong in _steps(plan) if not wrong)
+
+
+def _steps(plan: Plan) -> Iterator[tuple[int, Event, Shape, str]]:
+    """As `shapes`, with those whose value means nothing, and why."""
+    names = [boat.name for boat in plan.mission.boats]
+    shape = plan.shape
+    for i, event in _in_order(plan):
+        action = ACTIONS.get(event.do)
+        fits = action is not None and action.fleet_wide and isinstance(event.value, str) == action.words
+        if event.value is None or not fits:
+            continue
+        try:
+            shape = changed(names, shape, event.do.removeprefix("set "), event.value)
+        except UsageError as error:
+            yield i, event, shape, str(error)
+        else:
+            yield i, event, shape, ""
+
+
+def _changes(plan: Plan) -> Iterator[Problem]:
+    """Changes of the formation that mean nothing, or that the boats would refuse."""
+    for i, event, shape, wrong in _steps(plan) if plan.boats else ():
+        key: Key = ("timeline", i, "value")
+        if wrong:
+            yield Problem(key, wrong, event.value)
+            continue
+        found = cruise_misfits(plan, shape.cruise_mps) if event.do == "set speed" else place_misfits(plan, shape)
+        for misfit in found:
+            if misfit.key != "slots" or event.do == "set slots":  # those at launch are named with their boats
+                yield Problem(key, misfit.text, event.value)
 
 
 def _idle(plan: Plan) -> Iterator[Problem]:
@@ -120,23 +181,24 @@ def _too_late(plan: Plan) -> Iterator[Problem]:
     sailing = [boat for boat in plan.boats if not boat.starts_late]
     if not lines or not sailing:
         return
-    spacing, cruise = plan.mission.formation.spacing_m, plan.mission.formation.cruise_mps
-    reference = sum(boat.s - boat.slot * spacing for boat in sailing) / len(sailing)
+    shape = plan.shape
+    later = {i: changed for i, _, changed in shapes(plan)}
+    reference = sum(boat.s - shape.ahead(boat.number) for boat in sailing) / len(sailing)
     now = 0.0
     for i, event in _in_order(plan):
-        reference, now = reference + cruise * (event.at_s - now), event.at_s
-        if any(reference + boat.slot * spacing >= boat.path.length for boat in lines):
+        reference, now = reference + shape.cruise_mps * (event.at_s - now), event.at_s
+        if any(reference + shape.ahead(boat.number) >= boat.path.length for boat in lines):
             wrong = "by then the foremost boat has reached the end of its path, and the mission is over"
             yield Problem(("timeline", i, "at_s"), wrong, event.at_s)
             return
-        if event.do == "set speed" and event.value is not None:
-            cruise = event.value
-        if event.do == "set spacing" and event.value is not None:
-            places = {boat.name: reference + boat.slot * spacing for boat in sailing}
-            for misfit in spacing_misfits(plan, event.value, places):
-                yield Problem(("timeline", i, "value"), f"about {event.at_s:g} s {misfit.text}", event.value)
-            reference += sum(boat.slot * (spacing - event.value) for boat in sailing) / len(sailing)
-            spacing = event.value
+        if i in later:
+            new = later[i]
+            places = {boat.name: reference + shape.ahead(boat.number) for boat in sailing}
+            if event.do != "set speed":
+                for misfit in place_misfits(plan, new, places, before=shape):
+                    yield Problem(("timeline", i, "value"), f"about {event.at_s:g} s {misfit.text}", event.value)
+            reference += sum(shape.ahead(b.number) - new.ahead(b.number) for b in sailing) / len(sailing)
+            shape = new
 
 
 def _in_order(plan: Plan) -> list[tuple[int, Event]]:

@@ -6,13 +6,10 @@ import math
 from collections.abc import Iterator, Sequence
 from itertools import combinations
 
+from fleet.mission.fence import inside, samples
 from fleet.mission.formation import gap_needed
 from fleet.mission.plan import BoatPlan, Plan, Point
 from fleet.mission.problem import Problem
-from fleet.paths import Path
-
-STEP_M = 1.0  # between the points of a path that are held against the fence
-MOST = 4000  # such points on one path
 
 
 def water_problems(plan: Plan) -> Iterator[Problem]:
@@ -37,22 +34,12 @@ def water_warnings(plan: Plan) -> Iterator[Problem]:
         yield Problem(("environment", "current_mps"), wrong, environment.current_mps)
     radius = plan.mission.keeping_clear.radius_m
     for name in {boat.path_name: None for boat in plan.boats} if plan.fence else ():
-        near, s = min((_from_fence(point, plan.fence), s) for s, point in _samples(plan.paths[name]))
+        near, s = min((_from_fence(point, plan.fence), s) for s, point in samples(plan.paths[name]))
         if near < radius:
             wrong = (
                 f"{near:.1f} m from the fence at {s:.0f} m of its length; keeping clear needs {radius:g} m to move in"
             )
             yield Problem(("paths", name), wrong)
-
-
-def inside(point: Point, corners: Sequence[Point]) -> bool:
-    """Whether a point lies within a simple polygon; on its edge either way."""
-    x, y = point
-    within = False
-    for (x1, y1), (x2, y2) in zip(corners, (*corners[1:], corners[0]), strict=True):
-        if (y1 > y) != (y2 > y) and x < x1 + (y - y1) * (x2 - x1) / (y2 - y1):
-            within = not within
-    return within
 
 
 def _starts(plan: Plan) -> Iterator[Problem]:
@@ -107,20 +94,11 @@ def _fence(plan: Plan) -> Iterator[Problem]:
         if not inside((boat.x, boat.y), plan.fence):
             yield Problem(("boats", boat.number, "start"), f"outside the fence, at [{boat.x:.1f}, {boat.y:.1f}] m")
     for name in {boat.path_name: None for boat in plan.boats}:
-        for s, point in _samples(plan.paths[name]):
+        for s, point in samples(plan.paths[name]):
             if not inside(point, plan.fence):
                 wrong = f"leaves the fence at {s:.0f} m of its length, at [{point[0]:.1f}, {point[1]:.1f}] m"
                 yield Problem(("paths", name), wrong)
                 break
-
-
-def _samples(path: Path) -> Iterator[tuple[float, Point]]:
-    """Points of a path with their abscissas."""
-    count = min(max(math.ceil(path.length / STEP_M), 1), MOST)
-    for i in range(count + 1):
-        s = path.length * i / count
-        point = path.at(s)
-        yield s, (point.x, point.y)
 
 
 def _from_fence(point: Point, corners: Sequence[Point]) -> float:

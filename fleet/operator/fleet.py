@@ -10,7 +10,7 @@ import getpass
 import re
 import time
 import uuid
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import TracebackType
 from typing import Protocol, Self
 
@@ -18,14 +18,18 @@ from msgspec import Struct
 
 from fleet import __version__
 from fleet.errors import FleetError, NobodyReachable, UsageError
+from fleet.mission.change import changed, words
 from fleet.mission.check import check
 from fleet.mission.load import decode as decode_mission
 from fleet.mission.load import encode as encode_mission
 from fleet.mission.model import Mission
+from fleet.mission.pattern import Shape
+from fleet.mission.plan import shape_of
 from fleet.operator.outcome import Outcome
 from fleet.wire import keys
 from fleet.wire.bus import Shore
 from fleet.wire.codec import Refused, decode, decode_formation, decode_mission_order, decode_state, encode
+from fleet.wire.formation import order_for, shape_in
 from fleet.wire.messages import (
     MAJOR,
     Ack,
@@ -33,7 +37,6 @@ from fleet.wire.messages import (
     BoatStatus,
     Command,
     FleetEvent,
-    FormationOrder,
     Held,
     MissionOrder,
     Revision,
@@ -107,8 +110,17 @@ class Change(Struct, frozen=True):
     roster: tuple[str, ...]
     mission: Mission
     revision: Revision
-    spacing_m: float
-    cruise_mps: float
+    shape: Shape
+
+    @property
+    def spacing_m(self) -> float:
+        """From slot to slot [m]."""
+        return self.shape.spacing_m
+
+    @property
+    def cruise_mps(self) -> float:
+        """Speed of the formation [m/s]."""
+        return self.shape.cruise_mps
 
 
 class Fleet:
@@ -279,28 +291,19 @@ class Fleet:
             tuple(boat.name for boat in mission.boats),
             mission,
             Revision(),
-            mission.formation.spacing_m,
-            mission.formation.cruise_mps,
+            shape_of(mission),
         )
         for answer in self._bus.ask_all(keys.FORMATION, b"", min(1.0, self.timeout_s)).values():
             try:
                 held = decode(answer, Held)
                 formation = decode_formation(held.order) if held.order is not None else None
+                if formation is None or formation.mission_id != newest.mission_id:
+                    continue
+                if newest.revision < formation.revision:
+                    shape = shape_in(formation, mission)
+                    newest = Change(newest.mission_id, newest.roster, mission, formation.revision, shape)
             except Refused:
                 continue
-            if (
-                formation is not None
-                and formation.mission_id == newest.mission_id
-                and newest.revision < formation.revision
-            ):
-                newest = Change(
-                    newest.mission_id,
-                    newest.roster,
-                    newest.mission,
-                    formation.revision,
-                    formation.spacing_m,
-                    formation.cruise_mps,
-                )
         return newest
 
     def formation(self) -> Change:
@@ -331,30 +334,41 @@ class Fleet:
 
     def set_spacing(self, spacing_m: float, *, apply_in_s: float = 2.0) -> Outcome:
         """Change the formation distance on all boats together."""
-        return self._set(spacing_m, None, apply_in_s)
+        return self.set("spacing", spacing_m, apply_in_s=apply_in_s)
 
     def set_speed(self, cruise_mps: float, *, apply_in_s: float = 2.0) -> Outcome:
         """Change the cruise speed on all boats together."""
-        return self._set(None, cruise_mps, apply_in_s)
+        return self.set("speed", cruise_mps, apply_in_s=apply_in_s)
 
-    def _set(self, spacing_m: float | None, cruise_mps: float | None, apply_in_s: float) -> Outcome:
+    def set_pattern(self, pattern: str, *, apply_in_s: float = 2.0) -> Outcome:
+        """Draw the fleet up in another pattern; each boat takes the slot that makes all ways together shortest."""
+        return self.set("pattern", pattern, apply_in_s=apply_in_s)
+
+    def set_lateral(self, lateral_m: float, *, apply_in_s: float = 2.0) -> Outcome:
+        """Change the distance abeam from slot to slot on all boats together."""
+        return self.set("lateral", lateral_m, apply_in_s=apply_in_s)
+
+    def set_leader(self, boat: str, *, apply_in_s: float = 2.0) -> Outcome:
+        """This boat leads: it and the leader exchange their slots."""
+        return self.set("leader", boat, apply_in_s=apply_in_s)
+
+    def set_slots(self, slots: Mapping[str, float], *, apply_in_s: float = 2.0) -> Outcome:
+        """Give some boats other slots; the others keep theirs."""
+        return self.set("slots", ",".join(f"{boat}={slot!r}" for boat, slot in slots.items()), apply_in_s=apply_in_s)
+
+    def set(self, what: str, value: float | str, *, apply_in_s: float = 2.0) -> Outcome:
+        """Change the formation on all boats together; `what` is a key of `fleet.mission.change.CHANGES`."""
         held = self.formation()
-        order = FormationOrder(
-            MAJOR,
-            held.mission_id,
-            Revision(held.revision.counter + 1, self.operator),
-            held.revision,
-            held.spacing_m if spacing_m is None else spacing_m,
-            held.cruise_mps if cruise_mps is None else cruise_mps,
-            apply_in_s,
-            self._clock.time_ns(),
-        )
+        shape = changed(held.roster, held.shape, what, value)
+        revision = Revision(held.revision.counter + 1, self.operator)
+        stamp_ns = self._clock.time_ns()
+        order = order_for(shape, held.mission, held.mission_id, revision, held.revision, apply_in_s, stamp_ns)
         expected = sorted({*held.roster} | {b for b in self._bus.alive() if b in held.roster})
         outcome = self.command("set", (), order=Signed(encode(order)), expected=expected)
-        what = "set spacing" if spacing_m is not None else "set speed"
-        old = f"{held.spacing_m:g} m" if spacing_m is not None else f"{held.cruise_mps:g} m/s"
-        new = f"{spacing_m:g} m" if spacing_m is not None else f"{cruise_mps:g} m/s"
-        return Outcome(what, outcome.id, outcome.acks, old, new)
+        old, new = (words(held.roster, one, what) for one in (held.shape, shape))
+        slots = words(held.roster, shape, "slots")
+        note = f"slots {slots}" if what != "slots" and shape.slots != held.shape.slots else ""
+        return Outcome(f"set {what}", outcome.id, outcome.acks, old, new, note)
 
     # -- words -----------------------------------------------------------------------------------------------------
     def hold(self, boats: Sequence[str] = ()) -> Outcome:

@@ -32,6 +32,7 @@ class Path:
         "_rise",
         "_starts",
         "_stops",
+        "bends",
         "cells",
         "closed",
         "hops",
@@ -46,6 +47,7 @@ class Path:
         self.cells: list[Cell[float]] = []
         self._starts: list[float] = []
         s = sharpest = 0.0
+        port, starboard = (0.0, 0.0), (0.0, 0.0)
         turns: list[float] = []
         for x0, x1, x2, x3, y0, y1, y2, y3, length in pieces:
             self.cells.append(Cell(x0, x1, x2, x3, y0, y1, y2, y3, s, 1.0 / length))
@@ -56,10 +58,14 @@ class Path:
                 continue
             ex, ey = x1 + 2.0 * x2 + 3.0 * x3, y1 + 2.0 * y2 + 3.0 * y3
             turns.append(math.atan2(x1 * ey - y1 * ex, x1 * ex + y1 * ey))
-            bend = max(abs(x1 * y2 - y1 * x2), abs(ex * (y2 + 3.0 * y3) - ey * (x2 + 3.0 * x3)))
-            sharpest = max(sharpest, 2.0 * bend / (length * length * length))
+            first, last = x1 * y2 - y1 * x2, ex * (y2 + 3.0 * y3) - ey * (x2 + 3.0 * x3)
+            per = length * length * length
+            sharpest = max(sharpest, 2.0 * max(abs(first), abs(last)) / per)
+            for c, at in ((2.0 * first / per, s - length), (2.0 * last / per, s)):
+                port, starboard = min(port, (c, at)), max(starboard, (c, at))
         self.length: float = s
         self.max_curvature: float = sharpest
+        self.bends = port, starboard  # (curvature, abscissa) where it bends most to either side
         self._starts.append(s)
         self._first = evaluate(self.cells[0], 0.0)
         self._last = evaluate(self.cells[-1], 1.0)

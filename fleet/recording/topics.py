@@ -146,6 +146,11 @@ def truth_topic(boat: str) -> str:
     return f"/truth/{boat}"
 
 
+def traffic_topic(vessel: str) -> str:
+    """`/traffic/<vessel>`: as `/truth/<boat>`, for vessels that are not of the fleet."""
+    return f"/traffic/{vessel}"
+
+
 def fix_topic(boat: str) -> str:
     """`/<boat>/fix`."""
     return f"/{boat}/fix"
@@ -201,6 +206,11 @@ def declare_boat(recording: Recording, boat: str, *, truth: bool = False, raw: b
     if raw:
         recording.channel(inputs_topic(boat), "fleet.Inputs", "msgpack")
         recording.channel(decision_topic(boat), "fleet.Decision", "msgpack")
+
+
+def declare_vessel(recording: Recording, vessel: str) -> None:
+    """Declare the topic of a vessel that is not of the fleet."""
+    recording.channel(traffic_topic(vessel), "fleet.Truth", "json", viewer_schema(Truth))
 
 
 _ENCODER = msgspec.json.Encoder()

@@ -10,12 +10,14 @@ from collections.abc import Callable, Iterable
 
 import msgspec
 
+from fleet.agent.picture import Directions, directions
 from fleet.agent.store import Store, T
 from fleet.drivers.seam import Reading
 from fleet.sim.world import World
 from fleet.wire import keys
 from fleet.wire.bus import Answer, Request
 from fleet.wire.memory_bus import MemoryBus, Water
+from fleet.wire.messages import BoatState
 
 Tap = Callable[[str, str, bytes], None]
 EVENTS_KEPT = 10_000
@@ -32,6 +34,14 @@ class Tide(Water):
         self._said: list[tuple[str, str, bytes]] = []
         self._asked: list[tuple[Mooring, str, str, bytes]] = []
         self._alive: dict[str, frozenset[str]] = {}
+        self._heard: dict[str, tuple[BoatState, Directions]] = {}
+
+    def directions(self, state: BoatState) -> Directions:
+        """As `fleet.agent.picture.directions`, once for all who hear the same message in this process."""
+        last = self._heard.get(state.boat)
+        if last is None or last[0] is not state:
+            last = self._heard[state.boat] = state, directions(state)
+        return last[1]
 
     def say(self, what: str, boat: str, payload: bytes) -> None:
         """A boat publishes something."""

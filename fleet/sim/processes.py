@@ -15,13 +15,14 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 import msgspec
 
 from fleet.agent.clock import ClockSpec
 from fleet.agent.config import AgentConfig, DriverConfig
 from fleet.errors import FleetError
+from fleet.sim.device import DriverKind
 from fleet.sim.world_process import WorldSpec
 from fleet.wire.zenoh_bus import LinkConfig, Topology
 
@@ -53,6 +54,7 @@ class Processes:
         record: bool,
         hub_port: int = 0,
         control_hz: float = 10.0,
+        driver: DriverKind = "simulated",
     ) -> None:
         self.folder, self.clock, self.fleet, self.topology = folder, clock, fleet, topology
         self._boats, self._seed, self._record, self._hz = boats, seed, record, control_hz
@@ -60,6 +62,8 @@ class Processes:
         self._logs: list[IO[bytes]] = []
         self._pids: list[int] = []
         self._world_port = 0
+        self._driver: DriverKind = driver
+        self._drivers: dict[str, dict[str, Any]] = {}  # keys of `[driver]`, by boat
         self._hub_port = hub_port or free_port()
         self._ports = {boat: free_port() for boat in boats} if topology == "routed" else {}
         if topology == "routed" and hub_port:
@@ -107,9 +111,12 @@ class Processes:
 
     def start_world(self, mission_file: Path, *, waits: bool = False) -> None:
         """Start the world; one that waits moves no hull before it is told to begin."""
-        spec = WorldSpec(mission_file=str(mission_file), clock=self.clock, seed=self._seed, waits=waits)
+        spec = WorldSpec(
+            mission_file=str(mission_file), clock=self.clock, seed=self._seed, driver=self._driver, waits=waits
+        )
         line = self._spawn("world", "fleet.sim.world_process", msgspec.json.encode(spec).decode(), answers=True)
-        self._world_port = int(json.loads(line)["port"])
+        answer = json.loads(line)
+        self._world_port, self._drivers = int(answer["port"]), answer["drivers"]
 
     def start_agent(self, boat: str) -> None:
         """Start, or start again, a boat's agent."""
@@ -117,7 +124,7 @@ class Processes:
             boat=boat,
             fleet=self.fleet,
             link=self._link(boat),
-            driver=DriverConfig(kind="simulated", world=f"127.0.0.1:{self._world_port}"),
+            driver=self._driver_config(boat),
             state_dir=str(self.folder / "state" / boat),
             record=str(self.folder / "boats" / f"{boat}.mcap") if self._record else "none",
             control_hz=self._hz,
@@ -126,6 +133,11 @@ class Processes:
             seed=self._seed,
         )
         self._spawn(boat, "fleet.agent", msgspec.json.encode(config).decode(), "--with-parent")
+
+    def _driver_config(self, boat: str) -> DriverConfig:
+        world = f"127.0.0.1:{self._world_port}"
+        keys = {"kind": self._driver, "simulated": True, "world": world, **self._drivers.get(boat, {})}
+        return msgspec.convert(keys, DriverConfig)
 
     def _link(self, boat: str) -> LinkConfig:
         if self.topology == "hub":

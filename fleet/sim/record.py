@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fleet import __version__
 from fleet.agent.modes import Reason, in_words, mode_word
+from fleet.mission.pattern import PATTERNS
 from fleet.mission.plan import Plan
 from fleet.operator import Outcome
 from fleet.recording import topics
@@ -30,10 +31,10 @@ class RunRecorder:
         flush_s: float = 1.0,
     ) -> None:
         self._plan = plan
-        self._offsets = {boat.name: boat.slot for boat in plan.boats}
+        self._offsets = {boat.name: plan.shape.ahead(boat.number) for boat in plan.boats}
         self._now_ns = 0
         self.begins_ns = 1 << 62  # what was before the mission is not part of the run
-        self._formation: dict[str, tuple[float, float]] = {}
+        self._formation: dict[str, tuple[float, float, float]] = {}
         self._fixed_ns: dict[str, int] = {}
         self._seen: dict[str, tuple[int, int]] = {}
         self.recording: Recording = NullRecorder()
@@ -46,9 +47,14 @@ class RunRecorder:
         topics.declare_fleet(self.recording)
         for boat in self._offsets:
             topics.declare_boat(self.recording, boat, truth=True)
+        for vessel in plan.mission.traffic:
+            topics.declare_vessel(self.recording, vessel.name)
 
-    def truth(self, truths: dict[str, Truth]) -> None:
-        """Where the hulls are."""
+    def truth(self, truths: dict[str, Truth], traffic: dict[str, Truth]) -> None:
+        """Where the hulls are, and the other vessels."""
+        for vessel, truth in traffic.items():
+            if truth.stamp_ns >= self.begins_ns:
+                self.recording.put(topics.traffic_topic(vessel), truth.stamp_ns, topics.encode(truth))
         for boat, truth in truths.items():
             if truth.stamp_ns < self.begins_ns:
                 continue
@@ -62,7 +68,8 @@ class RunRecorder:
             return
         self._seen[boat] = (state.epoch, state.seq)
         x, y = self._plan.plane.to_local(state.lat_deg, state.lon_deg)
-        spacing, cruise = self._formation.get(boat, (self._plan.mission.formation.spacing_m, 0.0))
+        launched = (self._plan.shape.spacing_m, 0.0, self._offsets[boat])
+        spacing, cruise, offset = self._formation.get(boat, launched)
         message = topics.State(
             stamp_ns=state.stamp_ns,
             x_m=x,
@@ -77,7 +84,7 @@ class RunRecorder:
             y_e_m=state.cross_track_m,
             e_s_m=state.along_path_m,
             spacing_m=spacing,
-            offset_m=self._offsets.get(boat, 0.0) * spacing,
+            offset_m=offset,
             cruise_mps=cruise,
             nearest=state.nearest,
             nearest_m=state.nearest_m,
@@ -100,7 +107,9 @@ class RunRecorder:
         """A boat's counters."""
         if status.boat not in self._offsets:
             return
-        self._formation[status.boat] = (status.spacing_m, status.cruise_mps)
+        pattern = PATTERNS.get(status.pattern, PATTERNS["column"])
+        ahead, _ = pattern.place(status.slot, status.spacing_m, status.lateral_m)
+        self._formation[status.boat] = (status.spacing_m, status.cruise_mps, ahead)
         message = topics.Status(
             stamp_ns=status.stamp_ns,
             ticks=status.ticks,

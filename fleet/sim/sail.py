@@ -55,8 +55,10 @@ class Sailing:
             record=options.record,
             hub_port=options.hub_port,
             control_hz=mission.state_hz,
+            driver=options.driver,
         )
         header = {"seed": str(options.seed), "warp": f"{options.warp:g}", "topology": options.topology}
+        header["driver"] = options.driver
         self._recorder = RunRecorder(self.run, self._plan, name, header, text, options.record)
         self._truth = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._truth.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4 << 20)

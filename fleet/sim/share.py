@@ -12,6 +12,7 @@ from fleet.mission.model import Event, Mission
 from fleet.mission.plan import Plan
 from fleet.operator import Fleet, Outcome
 from fleet.recording.runs import Run
+from fleet.sim.device import DriverKind
 
 LEAD_S = 2.0  # of the launch: boats begin together so long after it [s]
 APPLY_S = 2.0  # of a change of the formation
@@ -36,6 +37,7 @@ class Options(Struct, frozen=True, kw_only=True):
     seed: int = 0
     topology: Literal["hub", "routed", "mesh"] = "hub"
     record: bool = True
+    driver: DriverKind = "simulated"  # of the boats: what stands between hull and agent
     keep: bool = False
     hub_port: int = 0
     root: str | None = None
@@ -72,11 +74,8 @@ def _without_none(value: object) -> object:
 
 def say(event: Event, fleet: Fleet, apply_in: float) -> Outcome:
     """An operator's entry of the timeline, said to the fleet; a change of the formation applies in so many seconds."""
-    value = event.value or 0.0
-    if event.do == "set spacing":
-        return fleet.set_spacing(value, apply_in_s=apply_in)
-    if event.do == "set speed":
-        return fleet.set_speed(value, apply_in_s=apply_in)
+    if event.do.startswith("set ") and event.value is not None:
+        return fleet.set(event.do.removeprefix("set "), event.value, apply_in_s=apply_in)
     if event.do == "release":
         return fleet.release(event.boats)
     if event.do == "forget":

@@ -8,6 +8,7 @@ import socket
 import sys
 import threading
 from pathlib import Path
+from typing import Any
 
 import msgspec
 from msgspec import Struct
@@ -18,6 +19,7 @@ from fleet.drivers.simulated import Sensed, Setpoint
 from fleet.mission.load import decode
 from fleet.mission.plan import build
 from fleet.recording.topics import Truth
+from fleet.sim.device import Device, DriverKind, device
 from fleet.sim.world import SENSE_S, STEP_NS, STEPS_A_SENSE, World
 
 LARGEST = 65000
@@ -33,6 +35,7 @@ class WorldSpec(Struct, frozen=True, kw_only=True):
     mission_file: str  # encoded mission
     clock: ClockSpec
     seed: int = 0
+    driver: DriverKind = "simulated"
     waits: bool = False  # for a `Begin`
 
 
@@ -59,6 +62,7 @@ class TruthOfAll(Struct, frozen=True, array_like=True, tag="truth"):
 
     truths: dict[str, Truth]
     late_steps: int
+    traffic: dict[str, Truth] = {}
 
 
 _decode = msgspec.msgpack.Decoder(Setpoint | Trouble | Watch | Begin).decode
@@ -81,6 +85,11 @@ class WorldProcess:
         self._socket.bind(("127.0.0.1", 0))
         self._socket.setblocking(False)
         self._agents: dict[str, tuple[str, int]] = {}
+        self._devices: dict[str, Device] = {}
+        for boat in self._world.ships:
+            between = device(spec.driver, self._world, boat, spec.clock.warp)
+            if between is not None:
+                self._devices[boat] = between
         self._watchers: set[tuple[str, int]] = set()
         self._late_steps = 0
 
@@ -89,6 +98,11 @@ class WorldProcess:
         """Where it listens."""
         port: int = self._socket.getsockname()[1]
         return port
+
+    @property
+    def drivers(self) -> dict[str, dict[str, Any]]:
+        """By boat: keys of `[driver]` with which its agent reaches the device between it and the hull."""
+        return {boat: between.keys for boat, between in self._devices.items()}
 
     def run(self, stop: threading.Event) -> None:
         """Until stopped."""
@@ -120,21 +134,32 @@ class WorldProcess:
         if isinstance(message, Setpoint):
             if message.boat in self._world.ships:
                 self._agents[message.boat] = address
-                self._world.command(message.boat, message.powered, message.surge_mps, message.yaw_rate_radps)
+                if message.boat not in self._devices:
+                    self._world.command(message.boat, message.powered, message.surge_mps, message.yaw_rate_radps)
         elif isinstance(message, Watch):
             self._watchers.add(address)
         elif isinstance(message, Begin):
             self._world.begins_ns = message.at_ns
         elif message.boat in self._world.ships:
             self._world.trouble(message.boat, message.kind, message.value)
+            if message.boat in self._devices:
+                self._devices[message.boat].trouble(message.kind, message.value)
 
     def _tell(self, truth: bool) -> None:
         world, radio = self._world, self._radio
-        for boat, address in self._agents.items():
-            sensed = Sensed(world.sense(boat), radio.delay_s, radio.loss, world.ships[boat].radio_down)
-            self._send(_encode(sensed), address)
+        for boat in world.ships:
+            if boat not in self._agents and boat not in self._devices:
+                continue
+            reading = world.sense(boat)
+            if boat in self._devices:
+                self._devices[boat].exchange(reading)
+            if boat in self._agents:
+                sensed = Sensed(reading, radio.delay_s, radio.loss, world.ships[boat].radio_down)
+                self._send(_encode(sensed), self._agents[boat])
         if truth and self._watchers:
-            payload = _encode(TruthOfAll({boat: world.truth(boat) for boat in world.ships}, self._late_steps))
+            boats = {boat: world.truth(boat) for boat in world.ships}
+            vessels = {vessel: world.vessel(vessel) for vessel in world.crafts}
+            payload = _encode(TruthOfAll(boats, self._late_steps, vessels))
             for watcher in self._watchers:
                 self._send(payload, watcher)
 
@@ -143,7 +168,9 @@ class WorldProcess:
             self._socket.sendto(payload, address)
 
     def close(self) -> None:
-        """Free the port."""
+        """Free the ports."""
+        for between in self._devices.values():
+            between.close()
         self._socket.close()
 
 
@@ -152,7 +179,7 @@ def main(spec_json: str) -> None:
     stop = threading.Event()
     end_on_signals(stop)
     process = WorldProcess(msgspec.json.decode(spec_json, type=WorldSpec))
-    print(json.dumps({"port": process.port}), flush=True)
+    print(json.dumps({"port": process.port, "drivers": process.drivers}), flush=True)
     end_with_parent(stop)
     try:
         process.run(stop)

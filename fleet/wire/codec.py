@@ -17,6 +17,7 @@ from fleet.wire.messages import (
     Command,
     Echo,
     FleetEvent,
+    ForeignOrder,
     FormationOrder,
     Held,
     MissionOrder,
@@ -123,7 +124,24 @@ def decode_state(payload: bytes, sender: str) -> BoatState:
         raise Refused("impossible revision")
     if not (_plausible(state.in_force) and _plausible(state.held) and _plausible(state.control)):
         raise Refused("impossible revision")
+    if state.foreign is not None and not _possible(state.foreign):
+        raise Refused("impossible order")
     return state
+
+
+def _possible(order: ForeignOrder) -> bool:
+    """Whether a boat may have decided that about a vessel."""
+    return (
+        0 <= order.serial < 1 << 40
+        and 0 <= order.apply_ns < 1 << 62
+        and abs(order.offset_rad) <= 7.0
+        and 0.0 <= order.factor <= 100.0
+        and abs(order.course_rad) <= 7.0
+        and order.sense in (-1.0, 0.0, 1.0)
+        and abs(order.path_rad) <= 7.0
+        and 0 <= order.reason <= 100
+        and len(order.vessel) <= TEXT
+    )
 
 
 def _plausible(revision: Revision) -> bool:
@@ -151,15 +169,16 @@ def plain(text: str) -> bool:
 def decode_formation(signed: Signed) -> FormationOrder:
     """The formation order in an operator's words; Refused when it cannot be one."""
     order = decode(signed.body, FormationOrder)
-    if not math.isfinite(order.spacing_m + order.cruise_mps + order.apply_in_s):
+    slots = [slot for _, slot in order.slots]
+    if not math.isfinite(order.spacing_m + order.cruise_mps + order.apply_in_s + order.lateral_m + sum(slots)):
         raise Refused("not finite")
     if not 0.0 <= order.apply_in_s <= 3600.0 or not (_plausible(order.revision) and _plausible(order.based_on)):
         raise Refused("impossible order")
-    if abs(order.spacing_m) > WIDEST_M:
+    if max(abs(order.spacing_m), abs(order.lateral_m), *(abs(slot) for slot in slots)) > WIDEST_M:
         raise Refused("is for a formation too long")
     if not 0.0 <= order.cruise_mps <= FASTEST_MPS:
         raise Refused("impossible order")
-    if len(order.mission_id) > TEXT or not plain(order.mission_id):
+    if len(order.mission_id) > TEXT or not plain(order.mission_id) or not plain(order.pattern[:TEXT]):
         raise Refused("impossible order")
     return order
 

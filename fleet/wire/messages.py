@@ -21,6 +21,22 @@ class Revision(Struct, frozen=True, array_like=True, order=True):
         return f"{self.counter}:{self.operator or 'launch'}"
 
 
+class ForeignOrder(Struct, frozen=True, array_like=True, gc=False):
+    """How a boat keeps clear of a vessel that is not of the fleet; its formation sails a leader's with it."""
+
+    serial: int  # counts decisions, resuming included
+    apply_ns: int  # from then on it is sailed, by the sender's clock
+    acting: bool  # False: back to the path
+    offset_rad: float  # from the course of the path when it was decided
+    factor: float  # of the cruise speed
+    course_rad: float
+    sense: float  # +1 turn by starboard, -1 by port, 0 the short way
+    path_rad: float  # course of the sender's path now
+    reason: int  # fleet.avoidance.foreign.types.Reason
+    vessel: str
+    alone: bool = False  # it decides for itself only
+
+
 class BoatState(Struct, frozen=True, array_like=True, gc=False):
     """What a boat publishes at every tick."""
 
@@ -58,6 +74,7 @@ class BoatState(Struct, frozen=True, array_like=True, gc=False):
     simulated: bool
     control: Revision  # who holds control
     length_m: float = 2.4
+    foreign: ForeignOrder | None = None  # while there are vessels that are not of the fleet
 
 
 class BoatStatus(Struct, frozen=True, array_like=True):
@@ -89,6 +106,10 @@ class BoatStatus(Struct, frozen=True, array_like=True):
     hull: str
     refusals: tuple[str, ...] = ()  # why messages were refused, with counts, in words
     switched_ns: int = 0  # when the formation in force took effect
+    pattern: str = ""  # of the formation in force
+    lateral_m: float = 0.0
+    slot: float = 0.0  # its own
+    traffic: tuple[str, ...] = ()  # vessels that are not of the fleet, in words
 
 
 class FormationOrder(Struct, frozen=True, array_like=True):
@@ -102,6 +123,9 @@ class FormationOrder(Struct, frozen=True, array_like=True):
     cruise_mps: float
     apply_in_s: float = 2.0  # counted from receipt; relays pass on what remains
     stamp_ns: int = 0
+    pattern: str = ""  # fleet.mission.pattern; "" as the mission says, and so lateral and slots
+    lateral_m: float = 0.0  # from slot to slot abeam, + to starboard
+    slots: tuple[tuple[str, float], ...] = ()  # of every boat of the roster
 
 
 class MissionOrder(Struct, frozen=True, array_like=True):

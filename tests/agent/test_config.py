@@ -47,7 +47,7 @@ WRONG: list[tuple[str, dict[str, str], dict[str, Any], str]] = [
         'boat = "b1"\n[link]\ntopology = "hub"\n[driver]\nkind = "rudder"\n',
         {},
         {},
-        'boat.toml: driver.kind = "rudder": expected one of simulated',
+        'boat.toml: driver.kind = "rudder": expected one of can, mavlink, simulated, or a driver that an installed package adds',
     ),
     (
         'boat = "b1"\n[link]\ntopology = "hub"\n[driver]\nworld = 5\n',
@@ -76,8 +76,8 @@ WRONG: list[tuple[str, dict[str, str], dict[str, Any], str]] = [
     (
         'boat = "b1"\n[link]\ntopology = "hub"\n',
         {},
-        {"driver.kind": "can"},
-        "flag --driver 'can': driver.kind = \"can\": expected one of simulated",
+        {"driver.kind": "cam"},
+        "flag --driver 'cam': driver.kind = \"cam\": expected one of can, mavlink, simulated, or a driver that an installed package adds",
     ),
     (
         'boat = "b1"\n[link]\ntopology = "hub"\n',
@@ -96,6 +96,36 @@ WRONG: list[tuple[str, dict[str, str], dict[str, Any], str]] = [
         {},
         {},
         "boat.toml: clock.warp = 0: expected a number above 0",
+    ),
+    (
+        'boat = "b1"\n[driver.can]\ncommand_age_s = 5.0\n',
+        {},
+        {},
+        "boat.toml: driver.can.command_age_s = 5: expected a number above 0",
+    ),
+    (
+        'boat = "b1"\n[driver.can]\nchanel = "can1"\n',
+        {},
+        {},
+        'boat.toml: driver.can.chanel: unknown key; did you mean "channel"?',
+    ),
+    (
+        'boat = "b1"\n[driver.can]\noptions = { port = [1] }\n',
+        {},
+        {},
+        "boat.toml: driver.can.options.port = [1]: expected a number",
+    ),
+    (
+        'boat = "b1"\n[driver.can.thrusters]\nrear_arm_m = 0\n',
+        {},
+        {},
+        "boat.toml: driver.can.thrusters.rear_arm_m = 0: expected a number above 0",
+    ),
+    (
+        'boat = "b1"\n[driver.can.loops]\nmass_kg = "heavy"\n',
+        {},
+        {},
+        'boat.toml: driver.can.loops.mass_kg = "heavy": expected a number above 0',
     ),
     ('boat = "b1"\nslots = 0\n', {}, {}, "boat.toml: slots = 0: expected a whole number from 1 to 64"),
 ]

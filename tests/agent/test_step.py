@@ -19,7 +19,7 @@ from fleet.agent.modes import Goal, Mode
 from fleet.agent.step import Decision, Nav, Order, State, StepParams, start, step
 from fleet.avoidance import METHODS
 from fleet.avoidance.types import Peer
-from fleet.coordination import Member
+from fleet.coordination import Leader, Member
 from fleet.guidance import FollowParams, Limits, StationParams
 from fleet.paths import PathPoint
 
@@ -94,7 +94,14 @@ def a_case(rng: random.Random, peers: int = 2, members: int = 2) -> Case:
     return Case(nav, formation, others, order, [x + rng.uniform(-9, 9), y + rng.uniform(-9, 9), chi])
 
 
-def one(case: Case, method: str, ticks: int) -> list[list[float]]:
+def leader_of(case: Case, k: int) -> list[float]:
+    """Somebody to sail beside: at times lost, at times stopped."""
+    (heard, _), (moving, _), (x, y, chi) = *case.members, case.path
+    good, stopped = float(heard > 0.0), float(moving == 0.0)
+    return [good, stopped, x + k * DT, y + 9.0, math.cos(chi), math.sin(chi), 0.01, 1.0, -2.0, 0.1]
+
+
+def one(case: Case, method: str, ticks: int, *, beside: bool = False) -> list[list[float]]:
     """The boat alone: rows of state and decision, a tick each."""
     m, params = METHODS[method], params_of(method)
     state: Any = start(0.0, 0.0, m.start(0.0, len(case.peers)))
@@ -110,12 +117,13 @@ def one(case: Case, method: str, ticks: int) -> list[list[float]]:
             m,
             params,
             DT,
+            leader=Leader(*leader_of(case, k)) if beside else None,
         )
         rows.append(flat(state) + flat(decision))
     return rows
 
 
-def lanes(cases: list[Case], method: str, ticks: int) -> list[list[list[float]]]:
+def lanes(cases: list[Case], method: str, ticks: int, *, beside: bool = False) -> list[list[list[float]]]:
     """The same boats as lanes of arrays; rows as `one` gives them, a lane each."""
     m, params = METHODS[method], params_of(method)
 
@@ -137,6 +145,7 @@ def lanes(cases: list[Case], method: str, ticks: int) -> list[list[list[float]]]
                 m,
                 params,
                 DT,
+                leader=Leader(*columns([leader_of(case, k) for case in cases])) if beside else None,
             )
             values = [np.broadcast_to(np.asarray(v, dtype=float), like.shape) for v in flat(state) + flat(decision)]
             ticks_of_lanes.append(np.array(values).T.tolist())
@@ -156,7 +165,7 @@ def flat(value: Any) -> list[Any]:
         return [x for name in value.__struct_fields__ for x in flat(getattr(value, name))]
     if isinstance(value, tuple):
         return [x for item in value for x in flat(item)]
-    return [value]
+    return [] if value is None else [value]
 
 
 def same(a: list[list[float]], b: list[list[float]]) -> bool:
@@ -171,6 +180,14 @@ def test_a_lane_gets_what_the_boat_alone_gets_to_the_last_bit(method: str, count
     together = lanes(cases, method, 7)
     for lane in range(min(count, 150)):
         assert same(one(cases[lane], method, 7), together[lane]), (lane, cases[lane])
+
+
+def test_a_lane_of_wingmen_gets_what_the_wingman_alone_gets_to_the_last_bit() -> None:
+    rng = random.Random(7)
+    cases = [a_case(rng) for _ in range(300)]
+    together = lanes(cases, "scoring", 7, beside=True)
+    for lane in range(60):
+        assert same(one(cases[lane], "scoring", 7, beside=True), together[lane]), (lane, cases[lane])
 
 
 def test_every_goal_is_among_those_cases() -> None:

@@ -93,6 +93,11 @@ def test_set_takes_a_negative_number_and_prints_old_and_new(afloat: Afloat) -> N
 
 
 def test_what_cannot_be_sailed_is_refused_before_anything_moves(afloat: Afloat) -> None:
+    assert afloat.fleet("set", "pattern", "wegde", "--yes").returncode == 2
+    assert afloat.fleet("set", "leader", "b9", "--yes").stderr.startswith("error: leader 'b9': no such boat")
+    double = afloat.fleet("set", "slots", "b2=1", "--yes")
+    assert double.returncode == 5
+    assert double.stderr == "error: set slots b2=1: slots: b1 and b2 both have slot 1 on path line\n"
     ended = afloat.fleet("set", "spacing", "5", "--yes")
     assert (ended.returncode, ended.stdout) == (5, "")
     assert ended.stderr.startswith("error: set spacing 5: ")

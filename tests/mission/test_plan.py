@@ -17,11 +17,17 @@ from fleet.mission.checks import CHECKS, evaluate
 from fleet.mission.formation import gap_needed
 from fleet.mission.load import load
 from fleet.mission.model import Arc, Boat, Environment, Geographic, Mission, Start, Straight
+from fleet.mission.pattern import Shape
 from fleet.mission.picture import picture, slots
 from fleet.mission.plan import Plan, build
 from fleet.mission.waters import inside
 
 OVERTAKING = build(load("overtaking"))
+
+
+def formed(plan: Plan, spacing: float, cruise: float = 1.0) -> Shape:
+    """The launch formation of a plan with another spacing and speed."""
+    return structs.replace(plan.shape, spacing_m=spacing, cruise_mps=cruise)
 
 
 def abreast(distance: float) -> Mission:
@@ -39,8 +45,8 @@ def test_the_plan_puts_boats_on_their_path_heading_along_it() -> None:
     b1, b2 = OVERTAKING.boats
     assert (b1.x, b1.y, b1.psi, b1.u, b1.s) == (40.0, 0.0, 0.0, 1.0, 40.0)
     assert (b2.x, b2.y) == (20.0, 0.0)
-    assert OVERTAKING.offsets() == (20.0, 0.0)
-    assert OVERTAKING.offsets(-20.0) == (-20.0, 0.0)
+    assert [OVERTAKING.shape.ahead(i) for i in (0, 1)] == [20.0, 0.0]
+    assert [formed(OVERTAKING, -20.0).ahead(i) for i in (0, 1)] == [-20.0, 0.0]
     assert OVERTAKING.boat("b2") is b2
 
 
@@ -91,13 +97,13 @@ def test_a_plan_that_cannot_be_built_says_why() -> None:
     ],
 )
 def test_a_formation_is_refused_with_the_reason(spacing: float, cruise: float, reasons: list[str]) -> None:
-    assert check_formation(OVERTAKING, spacing, cruise) == reasons
+    assert check_formation(OVERTAKING, formed(OVERTAKING, spacing, cruise)) == reasons
 
 
 def test_a_place_beyond_the_end_of_the_path_is_refused_while_under_way() -> None:
     there = {"b1": 260.0, "b2": 240.0}
-    assert check_formation(OVERTAKING, 40.0, 1.0, there) == []
-    assert check_formation(OVERTAKING, 100.0, 1.0, there) == [
+    assert check_formation(OVERTAKING, formed(OVERTAKING, 40.0, 1.0), there) == []
+    assert check_formation(OVERTAKING, formed(OVERTAKING, 100.0, 1.0), there) == [
         "spacing 100 m: the place of b1 would be at 300 m of path line, which goes from 0 to 280 m"
     ]
 
@@ -108,7 +114,7 @@ def test_position_errors_widen_the_slots() -> None:
     assert gap_needed(mission, sigma_m=1.5) == pytest.approx(6.5 + 3.0 * math.sqrt(2.0))
     noisy = structs.replace(mission, environment=Environment(gnss_sigma_m=1.5))
     assert gap_needed(noisy) == gap_needed(mission, sigma_m=1.5)
-    assert len(check_formation(OVERTAKING, 10.0, 1.0, sigma_m=1.5)) == 1
+    assert len(check_formation(OVERTAKING, formed(OVERTAKING, 10.0, 1.0), sigma_m=1.5)) == 1
 
 
 def test_lines_side_by_side_need_the_room_of_slots() -> None:
@@ -134,14 +140,14 @@ def test_round_a_circle_there_is_room_for_as_many_boats_as_fit(boats: int, spaci
     plan = circle(boats)
     lap = plan.paths["ring"].length
     fits = boats * spacing <= lap - max(8.0 - spacing, 0.0) and lap - (boats - 1) * spacing >= 8.0
-    assert (check_formation(plan, spacing, 1.0) == []) or not fits
+    assert (check_formation(plan, formed(plan, spacing, 1.0)) == []) or not fits
 
 
 def test_a_column_as_long_as_the_lap_is_refused() -> None:
     plan = circle(5)
     lap = plan.paths["ring"].length
-    assert check_formation(plan, lap / 5.0, 1.0) == []
-    assert check_formation(plan, lap / 4.0, 1.0) == [
+    assert check_formation(plan, formed(plan, lap / 5.0, 1.0)) == []
+    assert check_formation(plan, formed(plan, lap / 4.0, 1.0)) == [
         "spacing 62.8319 m: b1 and b5 are 0.0 m apart on path ring; at least 8.0 m"
     ]
 

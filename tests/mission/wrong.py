@@ -48,6 +48,21 @@ B1_START = "start = { s_m = 30.0 }"
 B2_START = "start = { s_m = 10.0 }"
 CHANGE = 'do = "set spacing"\nvalue = 15.0'
 
+SHIP = """\
+[[traffic]]
+name = "mv"
+length_m = 40.0
+speed_mps = 5.0
+track = { kind = "course", start = [200.0, 90.0], course_deg = 270.0 }
+"""
+"""Another vessel, put in before the checks."""
+
+
+def ship(right: str = "", wrong: str = "", *more: str) -> str:
+    """The vessel spoilt in one place, or with a further line."""
+    return SHIP.replace(right, wrong, 1) + "".join(f"{line}\n" for line in more) + "\n[checks]"
+
+
 WRONG: tuple[tuple[str, str, str], ...] = (  # what stands there, what is written instead, the message
     # TOML
     ("[formation]", "[formation", "line 23, column 11: Expected ']' at the end of a table declaration, in: [formation"),
@@ -95,6 +110,17 @@ WRONG: tuple[tuple[str, str, str], ...] = (  # what stands there, what is writte
     ("cruise_mps = 1.0", "cruise_mps = 1.45", "formation.cruise_mps = 1.45 (line 25): b1 (and 1 more) needs 0.1 to 1.4 m/s to keep its place"),
     ("[checks]", "[environment]\ngnss_sigma_m = 3.5\n\n[checks]", "timeline[0].value = 15 (line 33): b1 and b2 are 15.0 m apart on path line; at least 16.4 m"),
     ("[checks]", "[keeping_clear]\nradius_m = 2.0\n\n[checks]", "keeping_clear.radius_m = 2 (line 36): hulls of 2.4 m touch within it; expected more"),
+    # patterns
+    ("cruise_mps = 1.0", 'cruise_mps = 1.0\npattern = "wegde"', 'formation.pattern = "wegde" (line 26): expected one of abreast, column, echelon, wedge, wingman'),
+    (CHANGE, 'do = "set lateral"\nvalue = 6.0\n\n[[timeline]]\nat_s = 30.0\ndo = "set pattern"\nvalue = "abreast"', 'timeline[1].value = "abreast" (line 38): b1 and b2 are 6.0 m apart on path line; at least 8.0 m'),
+    (CHANGE, 'do = "set lateral"\nvalue = 60.0\n\n[[timeline]]\nat_s = 30.0\ndo = "set pattern"\nvalue = "abreast"', 'timeline[1].value = "abreast" (line 38): the lane 60 m to starboard of path line leaves the fence at 0 m, at [0.0, 60.0] m'),
+    ("cruise_mps = 1.0", 'cruise_mps = 1.0\nvacancies = "fill"', 'formation.vacancies = "fill" (line 26): expected one of close-up, keep-gaps'),
+    (CHANGE, 'do = "set pattern"\nvalue = "echelom"', """timeline[0].value = "echelom" (line 33): pattern 'echelom': no such pattern; did you mean "echelon"?"""),
+    (CHANGE, 'do = "set pattern"\nvalue = 3', "timeline[0].value = 3 (line 33): expected text: one of column, abreast, echelon, wedge, wingman"),
+    (CHANGE, 'do = "set spacing"\nvalue = "wide"', 'timeline[0].value = "wide" (line 33): expected a number: metres'),
+    (CHANGE, 'do = "set leader"\nvalue = "b3"', "timeline[0].value = \"b3\" (line 33): leader 'b3': no such boat; known: b1, b2"),
+    (CHANGE, 'do = "set slots"\nvalue = "b2=1"', 'timeline[0].value = "b2=1" (line 33): b1 and b2 both have slot 1 on path line'),
+    (CHANGE, 'do = "set slots"\nvalue = "b2"', "timeline[0].value = \"b2\" (line 33): slots 'b2': expected BOAT=SLOT, such as b1=0, a number up to 1000"),
     # fence and home
     (B2_START, "start = { s_m = 10.0, offset_m = 60.0 }", "boats[1].start (line 21): outside the fence, at [10.0, 60.0] m"),
     ("home = [-20.0, 0.0]", "home = [-70.0, 0.0]", "home = [-70, 0] (line 4): outside the fence"),
@@ -116,6 +142,24 @@ WRONG: tuple[tuple[str, str, str], ...] = (  # what stands there, what is writte
     ("collisions = 0", "min_separation_m = 25", "checks.min_separation_m = 25 (line 36): cannot be kept: slots are 15 m apart"),
     ("collisions = 0", "speed_max_mps = 0.8", "checks.speed_max_mps = 0.8 (line 36): cannot be kept: cruise is 1 m/s"),
     ("collisions = 0", "finished = 0", "checks.finished = 0 (line 36): expected 1"),
+    # other vessels
+    ("[checks]", ship("40.0", "140.0"), "traffic[0].length_m = 140 (line 37): expected a number from 5 to 100"),
+    ("[checks]", ship("5.0", "9.0"), "traffic[0].speed_mps = 9 (line 38): expected a number from 0 to 8"),
+    ("[checks]", ship('"mv"', '"b1"'), 'traffic[0].name = "b1" (line 36): a boat has this name'),
+    ("[checks]", ship(", course_deg = 270.0", ""), "traffic[0].track.course_deg (line 39): missing, expected a number"),
+    ("[checks]", ship('"course"', '"circle"'), 'traffic[0].track.kind = "circle" (line 39): expected one of course, waypoints'),
+    ("[checks]", ship('"course", start = [200.0, 90.0], course_deg = 270.0', '"waypoints", points = [[200.0, 90.0], [200.0, 90.5]]'), "traffic[0].track.points (line 39): points 1 and 2 are less than 1 m apart"),
+    ("[checks]", ship("[200.0, 90.0]", "[34.0, 5.0]"), "traffic[0].track (line 39): begins 6.4 m from b1; their hulls need 21.2 m"),
+    ("[checks]", ship("", "", 'changes = [{ at_s = 50.0, do = "sink" }]'), 'traffic[0].changes[0].do = "sink" (line 40): expected one of speed, stop, turn'),
+    ("[checks]", ship("", "", 'changes = [{ at_s = 50.0, do = "turn" }]'), "traffic[0].changes[0].value (line 40): missing, turn needs one: degrees, + to starboard"),
+    ("[checks]", ship("", "", 'changes = [{ at_s = 50.0, do = "turn", value = 270.0 }]'), "traffic[0].changes[0].value = 270 (line 40): expected -180 to 180 degrees, and not 0"),
+    ("[checks]", ship("", "", 'changes = [{ at_s = 50.0, do = "stop", value = 1.0 }]'), "traffic[0].changes[0].value = 1 (line 40): stop takes no value"),
+    ("[checks]", ship("", "", 'changes = [{ at_s = 50.0, do = "speed", value = 20.0 }]'), "traffic[0].changes[0].value = 20 (line 40): expected a number from 0 to 8"),
+    ("[checks]", ship("", "", 'changes = [{ at_s = 500.0, do = "stop" }]'), "traffic[0].changes[0].at_s = 500 (line 40): after the end, duration_s = 100"),
+    ("[checks]", ship("", "", 'sensed = { kind = "radar" }'), 'traffic[0].sensed.kind = "radar" (line 40): expected one of ais, positions'),
+    ("[checks]", ship("", "", 'sensed = { kind = "ais", interval_s = 1.0 }'), "traffic[0].sensed.interval_s = 1 (line 40): expected a number from 2 to 10"),
+    ("[checks]", ship("", "", 'sensed = { kind = "positions", loss = 2.0 }'), "traffic[0].sensed.loss = 2 (line 40): expected a number from 0 to 1"),
+    ("[checks]", ship("", "", 'sensed = { kind = "ais", gaps = [{ from_s = 30.0, to_s = 20.0 }] }'), "traffic[0].sensed.gaps[0].to_s = 20 (line 40): expected after from_s = 30"),
 )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from fleet.wire.messages import (
     Command,
     Echo,
     FleetEvent,
+    ForeignOrder,
     FormationOrder,
     Held,
     MissionOrder,
@@ -54,6 +55,18 @@ STATE = BoatState(
     simulated=True,
     control=Revision(3, "carl"),
     length_m=2.5,
+    foreign=ForeignOrder(
+        serial=3,
+        apply_ns=1_700_000_000_700_000_000,
+        acting=True,
+        offset_rad=0.75,
+        factor=0.5,
+        course_rad=1.5,
+        sense=1.0,
+        path_rad=0.75,
+        reason=1,
+        vessel="ferry",
+    ),
 )
 STATUS = BoatStatus(
     major=MAJOR,
@@ -83,7 +96,10 @@ STATUS = BoatStatus(
     refusals=("4 x not finite",),
     switched_ns=19,
 )
-FORMATION = FormationOrder(MAJOR, "1700-anna", Revision(2, "bob"), Revision(1, "anna"), -20.0, 1.0, 2.5, 21)
+PLACES = (("b1", 0.0), ("b2", -1.0))
+FORMATION = FormationOrder(
+    MAJOR, "1700-anna", Revision(2, "bob"), Revision(1, "anna"), -20.0, 1.0, 2.5, 21, "wedge", 12.0, PLACES
+)
 MISSION = MissionOrder(MAJOR, "1700-anna", "anna", 22, b"\x80", 3.0)
 SIGNED = Signed(b"body", b"signature")
 HELD = Held(MAJOR, SIGNED, 1.5)

@@ -1,7 +1,8 @@
 """Boats of the fleet meet foreign vessels: one scenario after the other on floats, with sensors, judged by the truth.
 
 The law of `fleet.avoidance.foreign` runs as on a boat, every tick, on tracks of `fleet.sensing`. Vessels follow their
-scripts and see nobody. Every random number is a hash of (seed, case, vessel, number, purpose).
+scripts and see nobody. Boats tell each other what they do, and the leader what it orders, by the radio of
+`ships_radio`. Every random number is a hash of (seed, case, vessel, number, purpose).
 """
 
 from __future__ import annotations
@@ -26,15 +27,17 @@ from fleet.avoidance.foreign import (
 )
 from fleet.coordination import Member, along_path_error, formation_speed
 from fleet.guidance import Limits, follow
-from fleet.hulls import CALM, HullState, unicycle
+from fleet.hulls import HULLS, STEP_S, HullState, Water
 from fleet.ops import FloatArray
-from fleet.paths import straight
+from fleet.paths import Lane, Path, polyline, straight
 from fleet.sensing import Target, Track, begin, lost, seen, update_ais, update_position
 from fleet.sim.batch.draws import more, normal, uniform
+from fleet.sim.batch.ships_radio import DT_S, Radio, Said, State
 
-DT_S = 0.1
 LIMITS = Limits()
 GAIN_PER_M = 0.3
+HULL_STEPS = round(DT_S / STEP_S)
+STANDS_MPS = 0.05
 DONE_M = 1.0  # off its path, and
 DONE_S = 5.0  # for this long clear of everybody: the scenario is over
 FIRST_WORD = 7_000  # purposes of draws: 16 of them a vessel
@@ -54,8 +57,16 @@ class Ship(Struct, frozen=True, kw_only=True):
     sensor: str = "exact"  # exact, ais, positions
 
 
+class Bend(Struct, frozen=True, kw_only=True):
+    """Where the path of the boats bends: a corner, rounded."""
+
+    at_m: float  # from the start
+    turn: float  # + to starboard [rad]
+    radius_m: float = 20.0
+
+
 class ShipCase(Struct, frozen=True, kw_only=True):
-    """One scenario. Every boat sails its own straight path at cruise speed."""
+    """One scenario. Every boat sails at cruise speed along its path: to the north, bent once if at all."""
 
     suite: str
     seed: int
@@ -66,6 +77,26 @@ class ShipCase(Struct, frozen=True, kw_only=True):
     meet_s: float  # about when they meet
     limit_s: float
     edges: tuple[Edge, ...] = ()
+    bend: Bend | None = None
+    hull: str = "unicycle"
+    limits: Limits = LIMITS
+    current: tuple[float, float] = (0.0, 0.0)  # north, east [m/s]
+    radio: Radio = Radio()
+
+    def path(self) -> Path:
+        """The path of the first boat; the others sail beside it."""
+        x, y, _ = self.paths[0]
+        far = 2.0 * self.limit_s * self.limits.speed_max_mps + 1000.0
+        if self.bend is None:
+            return straight((x, y), (x + far, y))
+        corner, turn = x + self.bend.at_m, self.bend.turn
+        end = (corner + far * math.cos(turn), y + far * math.sin(turn))
+        return polyline([(x, y), (corner, y), end], self.bend.radius_m)
+
+    def path_of(self, boat: int) -> Path | Lane:
+        """That of any boat."""
+        aside = self.paths[boat][1] - self.paths[0][1]
+        return self.path() if aside == 0.0 else Lane(self.path(), aside)
 
 
 class Decided(Struct, frozen=True, gc=False):
@@ -207,56 +238,83 @@ class _Fleet:
 
     def __init__(self, case: ShipCase, params: ForeignParams, alone: bool) -> None:
         self.case, self.params, self.alone = case, params, alone
-        far = 2.0 * case.limit_s * LIMITS.speed_max_mps + 1000.0
-        self.paths = [straight((x, y), (x + far, y)) for x, y, _ in case.paths]
-        self.hulls = [unicycle.start(x, y, 0.0, case.cruise) for x, y, _ in case.paths]
-        self.s = [0.0 for _ in case.paths]
+        self.paths = [case.path_of(i) for i in range(len(case.paths))]
+        self.model = HULLS[case.hull]
+        self.water = Water(*case.current, 0.0, 0.0)
+        self.hulls = [self.model.start(x, y, 0.0, case.cruise) for x, y, _ in case.paths]
+        self.s = [x - case.paths[0][0] for x, _, _ in case.paths]
+        self.off = [0.0 for _ in case.paths]
         self.memories = [START for _ in case.paths]
+        self.said = Said(case.radio, len(case.paths), case.seed, case.case)
 
-    def tick(self, targets: Sequence[Target], now: float) -> list[Advice]:
+    def tick(self, targets: Sequence[Target], k: int) -> list[Advice]:
         """Decide, steer and move all boats by one tick."""
-        boats = [self._boat(i) for i in range(len(self.hulls))]
-        advice = [self._decide(i, boats, targets, now) for i in range(len(boats))]
+        case, now, boats = self.case, k * DT_S, [self._boat(i) for i in range(len(self.hulls))]
+        for i, boat in enumerate(boats if len(boats) > 1 else ()):
+            vx, vy = boat.U * math.cos(boat.chi), boat.U * math.sin(boat.chi)
+            order = order_of(self.memories[0], 0.0) if i == 0 else None
+            self.said.say(k, State(now, i, boat.x, boat.y, vx, vy, boat.chi, boat.U, boat.r, boat.s, order))
+        advice = [self._decide(i, boats[i], self.said.heard(k, i), targets, now) for i in range(len(boats))]
         for i, (boat, told) in enumerate(zip(boats, advice, strict=True)):
             f = follow(boat.x, boat.y, boat.chi, boat.U, boat.path.at(boat.s), self.params.follow)
-            u_d, r_d = (told.u_d, told.r_d) if told.acting > 0.5 else (self._wanted(i), f.r_d)
-            self.hulls[i] = unicycle.advance(self.hulls[i], u_d, r_d, CALM, LIMITS, DT_S)
-            self.s[i] += DT_S * f.s_dot
+            u_d, r_d = (told.u_d, told.r_d) if told.acting > 0.5 else (self._wanted(i, now), f.r_d)
+            self.hulls[i] = self.model.advance_by(
+                HULL_STEPS, self.hulls[i], u_d, r_d, self.water, case.limits, STEP_S, 1.0
+            )
+            lane = boat.path.stretch(boat.s) if isinstance(boat.path, Lane) else 1.0
+            self.s[i] += DT_S * f.s_dot / lane
+            self.off[i] = f.y1
         return advice
 
     def at_rest(self) -> bool:
         """Everybody follows a path that is clear, and is on it."""
         return all(
-            m.sailed.acting < 0.5 and not m.encounters and abs(hull.y - y) < DONE_M
-            for m, hull, (_, y, _) in zip(self.memories, self.hulls, self.case.paths, strict=True)
+            m.sailed.acting < 0.5 and not m.encounters and abs(off) < DONE_M
+            for m, off in zip(self.memories, self.off, strict=True)
         )
 
     def _boat(self, i: int) -> Boat:
         hull = self.hulls[i]
-        return Boat(hull.x, hull.y, hull.psi, hull.u, hull.r, self.s[i], self.case.cruise, self.paths[i], LIMITS)
+        chi, U = _over_ground(*self.model.velocity(hull, self.water), hull.psi)
+        return Boat(hull.x, hull.y, chi, U, hull.r, self.s[i], self.case.cruise, self.paths[i], self.case.limits)
 
-    def _decide(self, i: int, boats: Sequence[Boat], targets: Sequence[Target], now: float) -> Advice:
-        edges, memory = self.case.edges, self.memories[i]
-        others = [hull for j, hull in enumerate(self.hulls) if j != i]
-        mates = [Mate(o.x, o.y, o.u * math.cos(o.psi), o.u * math.sin(o.psi)) for o in others]
-        if self.alone or len(boats) == 1:
-            memory, advice = keep_clear((boats[i],), targets, mates, edges, memory, self.params, now)
+    def _decide(self, i: int, boat: Boat, heard: Sequence[State], targets: Sequence[Target], now: float) -> Advice:
+        edges, memory, params = self.case.edges, self.memories[i], self.params
+        mates = [Mate(o.x, o.y, o.vx, o.vy) for o in heard]
+        if self.alone or len(self.hulls) == 1:
+            memory, advice = keep_clear((boat,), targets, mates, edges, memory, params, now)
         elif i == 0:
-            memory, advice = keep_clear(boats, targets, (), edges, memory, self.params, now)
+            boats = (boat, *(self._fellow(o) for o in heard))
+            memory, advice = keep_clear(boats, targets, (), edges, memory, params, now)
         else:
-            order = order_of(self.memories[0], 0.0)
-            memory, advice = sail_order(boats[i], targets, mates, edges, order, True, memory, self.params, now)
+            order = next((o.order for o in heard if o.boat == 0), None)
+            in_place = order is not None and abs(self._error(i, heard)) <= params.slot_m
+            memory, advice = sail_order(boat, targets, mates, edges, order, in_place, memory, params, now)
         self.memories[i] = memory
         return advice
 
-    def _wanted(self, i: int) -> float:
+    def _fellow(self, o: State) -> Boat:
+        """A boat of the formation as the leader knows it."""
+        return Boat(o.x, o.y, o.chi, o.U, o.r, o.s, self.case.cruise, self.paths[o.boat], self.case.limits)
+
+    def _error(self, i: int, heard: Sequence[State]) -> float:
+        """Along-path error of a boat, as it knows the others [m]."""
+        slots = [slot for _, _, slot in self.case.paths]
+        return along_path_error(self.s[i] - slots[i], [Member(1.0, o.s - slots[o.boat]) for o in heard])
+
+    def _wanted(self, i: int, now: float) -> float:
         """Speed that the formation wants of a boat [m/s]."""
         cruise = self.case.cruise
         if len(self.hulls) == 1:
             return cruise
-        z = [hull.x - slot for hull, (_, _, slot) in zip(self.hulls, self.case.paths, strict=True)]
-        e = along_path_error(z[i], [Member(1.0, other) for j, other in enumerate(z) if j != i])
-        return formation_speed(e, cruise, 0.0, LIMITS.speed_max_mps, GAIN_PER_M)
+        e = self._error(i, self.said.known(i, now))
+        return formation_speed(e, cruise, 0.0, self.case.limits.speed_max_mps, GAIN_PER_M)
+
+
+def _over_ground(vx: float, vy: float, psi: float) -> tuple[float, float]:
+    """Course and speed; the heading below 0.05 m/s."""
+    U = math.hypot(vx, vy)
+    return (math.atan2(vy, vx) if U >= STANDS_MPS else psi), U
 
 
 def sail(case: ShipCase, params: ForeignParams | None = None, alone: bool = False) -> Voyage:
@@ -278,7 +336,7 @@ def sail(case: ShipCase, params: ForeignParams | None = None, alone: bool = Fals
         rows.append(list(fleet.hulls))
         watch.take(k, fleet.hulls[0].x, fleet.hulls[0].y)
         hulls = list(fleet.hulls)
-        for i, told in enumerate(fleet.tick(watch.targets(now), now)):
+        for i, told in enumerate(fleet.tick(watch.targets(now), k)):
             if told.decided > 0.5:
                 decisions.append(_decided(now, i, hulls[i], fleet.memories[i], truth, k))
         done = done + DT_S if now > case.meet_s and fleet.at_rest() else 0.0

@@ -14,14 +14,17 @@ from fleet.avoidance.foreign.domain import domain, gap
 from fleet.avoidance.foreign.encounter import BY_STARBOARD, Bearing, classify
 from fleet.ops import FloatArray
 from fleet.sensing import Target
-from fleet.sim.batch.ships import DT_S, ShipCase, Voyage, sail
+from fleet.sim.batch.ships import Decided, ShipCase, Voyage, sail
 from fleet.sim.batch.ships_cases import c0
+from fleet.sim.batch.ships_radio import DT_S
 
 HULL_RADIUS_M = 0.6  # of the own capsule, 2.4 m x 1.2 m
 HULL_HALF_M = 0.6  # from its centre to the centres of its round ends
 CLASS_BEFORE_S = 200.0 * 2.2 / 1500.0  # of the time to meet: the class counts this long before entry
 AGAIN_S = 60.0  # acting again for the same vessel sooner than this: re-trigger
 BANK_ROOM_M = 3.0
+SEEN_S, SEEN_RAD, SEEN_SHARE = 15.0, math.radians(25.0), 0.3
+SPARSE = 10  # ticks
 BEGAN_INSIDE = 1.2
 PARAMS = ForeignParams()
 
@@ -41,6 +44,7 @@ class Outcome(Struct, frozen=True, kw_only=True):
     first_range_m: float  # at the first action, NaN none
     lead_s: float  # from the first action to the entry it prevents, NaN none
     early: float  # 1 the first action was in time for its role, 0 not, NaN none
+    substantial: float  # 1 the track shows it: 25 deg or 30 % of the speed within 15 s, 0 not, NaN none
     first: int  # 0 none, 1 starboard, -1 port, 2 only speed
     decisions: int  # alterations begun or changed, of all boats that decide
     reversals: int
@@ -48,8 +52,16 @@ class Outcome(Struct, frozen=True, kw_only=True):
     delay_s: float  # of the first boat
     deviation_m: float
     closest_m: float  # of two boats, inf for one
+    alone: int  # followers' decisions of their own
     bank_m: float  # least distance to an edge, inf without
     complete: bool
+    ended_s: float
+
+    @property
+    def rule_right(self) -> float:
+        """1 what the rules ask is done: side, in time, to be seen, no closed turn to port; 0 not; NaN none asked."""
+        asked = [each for each in (self.side, self.early, self.substantial) if not math.isnan(each)]
+        return float(all(asked) and not self.stand_on_port) if asked else math.nan
 
 
 class Summary(Struct, kw_only=True):
@@ -71,6 +83,8 @@ class Summary(Struct, kw_only=True):
         acted = [each for each in o if each.first != 0]
         sides = [each.side for each in o if not math.isnan(each.side)]
         timely = [each.early for each in o if not math.isnan(each.early)]
+        plain = [each.substantial for each in o if not math.isnan(each.substantial)]
+        right = [each.rule_right for each in o if not math.isnan(each.rule_right)]
         return {
             "suite": self.suite,
             "n": len(o),
@@ -86,6 +100,8 @@ class Summary(Struct, kw_only=True):
             "range 5/50/95 m": _percentiles([each.first_range_m for each in acted], (5, 50, 95)),
             "lead 5/50/95 s": _percentiles([each.lead_s for each in acted], (5, 50, 95)),
             "in time %": _share(timely),
+            "substantial %": _share(plain),
+            "rules right %": _share(right),
             "decisions": float(np.mean([each.decisions for each in acted])) if acted else 0.0,
             "reversal %": _share([each.reversals > 0 for each in o]),
             "re-trigger %": _share([each.retriggers > 0 for each in o]),
@@ -94,6 +110,7 @@ class Summary(Struct, kw_only=True):
             "starboard/port/speed": tuple(sum(each.first == k for each in o) for k in (1, -1, 2)),
             "closest boats m": min((each.closest_m for each in o), default=math.inf),
             "boats < 6 m %": _share([each.closest_m < 6.0 for each in o]),
+            "decided alone %": _share([each.alone > 0 for each in o]),
             "bank m": min((each.bank_m for each in o), default=math.inf),
             "unfinished": sum(not each.complete for each in o),
             "failed": [each.case for each in o if each.contact or (each.dom < 0.8 and not each.inside)],
@@ -117,11 +134,11 @@ def judge(case: ShipCase, voyage: Voyage) -> Outcome:
     """Figures of one scenario from its truth."""
     hull, dom, where, inside = math.inf, math.inf, [], False
     for k in range(len(case.ships)):
-        distances = _hull_distance(case, voyage, k)
+        distances = hull_distance(case, voyage, k)
         row, boat = np.unravel_index(int(distances.argmin()), distances.shape)
         where.append((int(row), int(boat)))
         hull = min(hull, float(distances.min()))
-        shares = _domain_share(case, voyage, k)
+        shares = domain_share(case, voyage, k)
         dom, inside = min(dom, float(shares.min())), inside or bool(shares[0].min() < BEGAN_INSIDE)
     meetings = [_nominal(case, k) for k in range(len(case.ships))]
     sides = [
@@ -133,7 +150,7 @@ def judge(case: ShipCase, voyage: Voyage) -> Outcome:
     _, kind = min(risky, default=(math.inf, 0.0))
     acts = [d for d in voyage.decisions if d.acting > 0.5 and d.reason != Reason.ORDER]
     lead_s = meetings[int(acts[0].target)][1] - acts[0].t if acts else math.nan
-    only = kind == Kind.CROSSING_STAND_ON and len(case.ships) == 1
+    only = kind == Kind.CROSSING_STAND_ON and len(case.ships) == 1 and case.bend is None
     out = (1.0 if acts[0].a > 0.0 else -1.0 if acts[0].a < 0.0 else 2.0) if acts else 0.0
     return Outcome(
         case=case.case,
@@ -148,16 +165,55 @@ def judge(case: ShipCase, voyage: Voyage) -> Outcome:
         first_range_m=acts[0].range_m if acts else math.nan,
         lead_s=lead_s if math.isfinite(lead_s) else math.nan,
         early=_in_time(case, kind, lead_s, len(case.ships)),
+        substantial=_substantial(voyage, acts[0]) if acts else math.nan,
         first=int(out),
         decisions=len(acts),
         reversals=_reversals(voyage),
         retriggers=_retriggers(voyage),
-        delay_s=float(voyage.t[-1] - (voyage.x[-1, 0] - case.paths[0][0]) / case.cruise),
-        deviation_m=float(abs(voyage.y - np.array([y for _, y, _ in case.paths])).max()),
+        delay_s=float(voyage.t[-1] - _way_made(case, voyage) / case.cruise),
+        deviation_m=_deviation(case, voyage),
         closest_m=_closest(voyage),
+        alone=sum(d.acting > 0.5 and d.boat > 0 and d.reason != Reason.ORDER for d in voyage.decisions),
         bank_m=min((float(_to_edge(voyage, e).min()) for e in case.edges), default=math.inf),
         complete=voyage.complete,
+        ended_s=float(voyage.t[-1]),
     )
+
+
+def _way_made(case: ShipCase, voyage: Voyage) -> float:
+    """Of the first boat along its path [m]."""
+    if case.bend is None:
+        return float(voyage.x[-1, 0] - case.paths[0][0])
+    return case.path().project(float(voyage.x[-1, 0]), float(voyage.y[-1, 0]))
+
+
+def _deviation(case: ShipCase, voyage: Voyage) -> float:
+    """Largest distance of a boat from its path [m]."""
+    if case.bend is None:
+        return float(abs(voyage.y - np.array([y for _, y, _ in case.paths])).max())
+    most = 0.0
+    for i in range(len(case.paths)):
+        path = case.path_of(i)
+        for x, y in zip(voyage.x[::SPARSE, i].tolist(), voyage.y[::SPARSE, i].tolist(), strict=True):
+            point = path.at(path.project(x, y))
+            most = max(most, math.hypot(x - point.x, y - point.y))
+    return most
+
+
+def _substantial(voyage: Voyage, first: Decided) -> float:
+    """1 the track alters by 25 deg, or the speed by 30 %, within 15 s of the first action."""
+    begin, i = round(first.t / DT_S), first.boat
+    rows = slice(begin, min(begin + round(SEEN_S / DT_S) + 1, len(voyage.t)))
+    vx, vy = _velocity(voyage.x[rows, i]), _velocity(voyage.y[rows, i])
+    turned = abs(np.arctan2(vx[0] * vy - vy[0] * vx, vx[0] * vx + vy[0] * vy)).max()
+    U = np.hypot(vx, vy)
+    return float(turned >= SEEN_RAD or abs(U / max(float(U[0]), 1e-6) - 1.0).max() >= SEEN_SHARE)
+
+
+def _velocity(x: FloatArray) -> FloatArray:
+    """Over ground from positions [m/s]."""
+    v: FloatArray = np.gradient(x, DT_S, axis=0) if len(x) > 1 else np.zeros_like(x)
+    return v
 
 
 def _share(values: Sequence[float] | Sequence[bool]) -> float:
@@ -179,7 +235,7 @@ def _relative(voyage: Voyage, k: int, extra: float = 0.0) -> tuple[FloatArray, F
     return dx * c + dy * s, dy * c - dx * s
 
 
-def _hull_distance(case: ShipCase, voyage: Voyage, k: int) -> FloatArray:
+def hull_distance(case: ShipCase, voyage: Voyage, k: int) -> FloatArray:
     """(tick, boat): distance of the capsules, target length L and radius 0.1 L; <= 0 they touch [m]."""
     L = case.ships[k].length
     bow, stern = _relative(voyage, k, HULL_HALF_M), _relative(voyage, k, -HULL_HALF_M)
@@ -202,7 +258,7 @@ def _as_target(case: ShipCase, k: int, t: float) -> Target:
     )  # fmt: skip
 
 
-def _domain_share(case: ShipCase, voyage: Voyage, k: int) -> FloatArray:
+def domain_share(case: ShipCase, voyage: Voyage, k: int) -> FloatArray:
     """(tick, boat): distance from the own centre to the core, as a share of C0."""
     astern, ahead, C = _core(case, k)
     x, y = _relative(voyage, k)
@@ -214,13 +270,14 @@ def _domain_share(case: ShipCase, voyage: Voyage, k: int) -> FloatArray:
 def _nominal(case: ShipCase, k: int) -> tuple[float, float]:
     """(Kind, entry): with everybody straight on, when the domain would be entered and the class before that [s]."""
     ship = case.ships[k]
-    t = np.arange(round(case.limit_s / DT_S)) * DT_S
+    t = np.array([i * DT_S for i in range(round(case.limit_s / DT_S))])
     vx, vy = ship.U * math.cos(ship.chi), ship.U * math.sin(ship.chi)
     astern, ahead, C = _core(case, k)
     inside = np.zeros(len(t), dtype=bool)
-    for x, y, _ in case.paths:
-        dx, dy = x + case.cruise * t - ship.x - vx * t, y - ship.y - vy * t
-        c, s = math.cos(ship.chi), math.sin(ship.chi)
+    c, s = math.cos(ship.chi), math.sin(ship.chi)
+    for i in range(len(case.paths)):
+        x, y = _undisturbed(case, i, t)
+        dx, dy = x - ship.x - vx * t, y - ship.y - vy * t
         along, across = dx * c + dy * s, dy * c - dx * s
         over = along - np.clip(along, astern, ahead)
         inside |= over * over + across * across < C * C
@@ -228,27 +285,43 @@ def _nominal(case: ShipCase, k: int) -> tuple[float, float]:
         return 0.0, math.inf
     entry = float(t[inside.argmax()])
     at = max(entry - CLASS_BEFORE_S * case.meet_s, 0.0)
-    x, y, _ = case.paths[0]
-    own = Bearing(x + case.cruise * at, y, 1.0, 0.0, case.cruise, case.cruise, 0.0)
+    point = case.path().at(case.cruise * at)
+    ex, ey = point.tx, point.ty
+    own = Bearing(point.x, point.y, ex, ey, case.cruise, case.cruise * ex, case.cruise * ey)
     kind, _ = classify(own, domain(_as_target(case, k, at), case.cruise, 0.0, PARAMS), PARAMS)
     return kind, entry
 
 
+def _undisturbed(case: ShipCase, boat: int, t: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Where a boat would be with nobody in the way, at every time."""
+    x, y, slot = case.paths[boat]
+    if case.bend is None:
+        return x + case.cruise * t, np.full_like(t, y)
+    path = case.path_of(boat)
+    places = [path.at(slot + case.cruise * each) for each in t[::SPARSE].tolist()]
+    return (
+        np.interp(t, t[::SPARSE], [place.x for place in places]),
+        np.interp(t, t[::SPARSE], [place.y for place in places]),
+    )
+
+
 def _miss(case: ShipCase, voyage: Voyage, k: int, row: int, boat: int) -> float:
     """m = cross(p, w) at that tick: > 0 the vessel is left to port."""
-    psi, chi = voyage.psi[row, boat], voyage.ship_chi[row, k]
+    chi, U = voyage.ship_chi[row, k], case.ships[k].U
     px, py = voyage.ship_x[row, k] - voyage.x[row, boat], voyage.ship_y[row, k] - voyage.y[row, boat]
-    u, U = voyage.u[row, boat], case.ships[k].U
-    wx, wy = u * math.cos(psi) - U * math.cos(chi), u * math.sin(psi) - U * math.sin(chi)
+    before = max(min(row, len(voyage.t) - 2), 0)
+    rows = slice(before, before + 2)
+    vx, vy = _velocity(voyage.x[rows, boat])[0], _velocity(voyage.y[rows, boat])[0]
+    wx, wy = vx - U * math.cos(chi), vy - U * math.sin(chi)
     return float(px * wy - py * wx)
 
 
 def _judged(case: ShipCase, voyage: Voyage, k: int, row: int) -> bool:
-    """The side can be asked of: it has not turned, and there is room between it and a bank to starboard."""
+    """The side can be asked of: it has not turned, no shoal is near, and a bank to starboard leaves room."""
     if voyage.t[row] > case.ships[k].turns_s:
         return False
-    if not case.edges:
-        return True
+    if len(case.edges) != 1:
+        return not case.edges
     return bool(voyage.ship_y[row, k] + 0.7 * c0(case.ships[k].length) <= case.edges[0][1] - BANK_ROOM_M)
 
 

@@ -10,7 +10,9 @@ from msgspec import Struct
 
 from fleet.sim.batch import Results, Trace, run
 from fleet.sim.batch.hearing import TICK_S
+from fleet.sim.sweep import ships_results
 from fleet.sim.sweep.family import Family, case_name
+from fleet.sim.sweep.ships_results import ShipResults
 from fleet.sim.sweep.table import figures
 
 
@@ -57,8 +59,10 @@ def closest(trace: Trace) -> Closest | None:
     return best
 
 
-def reasons(results: Results) -> list[str]:
+def reasons(results: Any) -> list[str]:
     """Why the one case failed; none if it did not."""
+    if isinstance(results, ShipResults):
+        return ships_results.reasons(results)
     found = []
     if results.collided[0]:
         found.append(f"collision: {results.least_m[0]:.2f} m, hulls are {results.hull_m:g} m long")

@@ -8,7 +8,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from msgspec import UNSET, Struct, inspect, structs
+from msgspec import Struct, inspect, structs
 
 from fleet.avoidance import METHODS
 from fleet.guidance.limits import Limits
@@ -17,7 +17,7 @@ from fleet.mission.misfit import CRUISE_MARGIN_MPS
 from fleet.mission.problem import Key, Problem, hint
 from fleet.sim.sweep.checks import check_problems
 from fleet.sim.sweep.distributions import Drawn, Spread, support, unfit
-from fleet.sim.sweep.fits import gap_for, layout_problems
+from fleet.sim.sweep.fits import gap_for, layout_problems, shown
 from fleet.sim.sweep.layouts import Crowded, nearest
 from fleet.sim.sweep.model import (
     Anywhere,
@@ -26,13 +26,17 @@ from fleet.sim.sweep.model import (
     Column,
     Formation,
     Formations,
+    Imazu,
     Layout,
     Meeting,
     Merging,
     Spec,
     Trouble,
+    Vessels,
 )
 from fleet.sim.sweep.scenes import scenes
+from fleet.sim.sweep.ships import foreign
+from fleet.sim.sweep.ships_check import ships_problems
 
 FARTHEST = 100_000.0  # of any number, in its own unit
 TRIED = np.arange(64)  # cases laid on trial
@@ -42,9 +46,11 @@ TRIES = 100  # of each, to begin far enough apart
 def check(spec: Spec) -> list[Problem]:
     """Everything that is wrong with a family at one point of its grid."""
     found = [*_numbers(spec, ())]
+    if not found and foreign(spec):
+        return [*_settings(spec), *ships_problems(spec), *check_problems(spec.checks, True)]
     if not found:
         found += [*_settings(spec), *_speeds(spec), *_formation(spec), *_timeline(spec), *_trouble(spec)]
-        found += check_problems(spec.checks)
+        found += check_problems(spec.checks, False)
     if not found:
         found += layout_problems(spec)
     if not found:
@@ -145,7 +151,7 @@ def _speeds(spec: Spec) -> Iterator[Problem]:
             spec.limits.speed_max_mps + 1e-9
         ):
             wrong = f"begins faster than speed_max_mps = {spec.limits.speed_max_mps:g}"
-            yield Problem(("layout", "speed_share"), wrong, _shown(layout.speed_share))
+            yield Problem(("layout", "speed_share"), wrong, shown(layout.speed_share))
     elif layout.cruise_mps is not None:
         yield from _outside(("layout", "cruise_mps"), layout.cruise_mps, low, high)
 
@@ -164,19 +170,14 @@ def _outside(key: Key, value: Drawn, low: float, high: float) -> Iterator[Proble
     least, most = support(value)
     if least < low - 1e-9 or most > high + 1e-9:
         comes = f"{least:g} to {most:g} m/s can come; " if isinstance(value, Spread) else ""
-        yield Problem(key, f"{comes}expected {low:g} to {high:g} m/s, as boats can sail", _shown(value))
-
-
-def _shown(value: Drawn) -> object:
-    """As messages repeat it: a distribution not at all."""
-    return UNSET if isinstance(value, Spread) else value
+        yield Problem(key, f"{comes}expected {low:g} to {high:g} m/s, as boats can sail", shown(value))
 
 
 def _formation(spec: Spec) -> Iterator[Problem]:
     """A formation where there can be none, none where there must be one; slots too near each other."""
     layout, formation = spec.layout, spec.formation
     kind = type(layout).__struct_config__.tag
-    if isinstance(layout, Meeting | Circle | Anywhere):
+    if isinstance(layout, Meeting | Circle | Anywhere | Vessels | Imazu):
         if formation is not None:
             yield Problem(("formation",), f"boats of a {kind} sail each for itself; expected column or merging")
         return
@@ -194,14 +195,14 @@ def _formation(spec: Spec) -> Iterator[Problem]:
         yield from _gap(("formation", "spacing_m"), spec, *support(formation.spacing_m), formation.spacing_m)
 
 
-def _gap(key: Key, spec: Spec, low: float, high: float, shown: Drawn) -> Iterator[Problem]:
+def _gap(key: Key, spec: Spec, low: float, high: float, value: Drawn) -> Iterator[Problem]:
     """Slots on one path that can come nearer than boats may be."""
     env, layout = spec.environment, spec.layout
     every = (layout.paths or spec.boats) if isinstance(layout, Merging) and layout.lane_m > 0.0 else 1
     need = gap_for(spec.keeping_clear.radius_m, math.hypot(env.gnss_sigma_m, env.gnss_white_m))
     least = 0.0 if low <= 0.0 <= high else min(abs(low), abs(high)) * every
     if least < need - 1e-9 and spec.boats > every:
-        yield Problem(key, f"boats can come to be {least:g} m apart on one path; at least {need:.1f} m", _shown(shown))
+        yield Problem(key, f"boats can come to be {least:g} m apart on one path; at least {need:.1f} m", shown(value))
 
 
 def _timeline(spec: Spec) -> Iterator[Problem]:

@@ -22,21 +22,27 @@ class Check(Struct, frozen=True):
     meaning: str
     highest: float = math.inf
     """Bounds above this make no sense."""
+    foreign: tuple[bool, ...] = (False,)
+    """Whether families with foreign vessels have the figure, and whether the others have it."""
 
 
+BOTH, ONLY = (False, True), (True,)
 CHECKS: dict[str, Check] = {
-    "collisions_max": Check("collisions", None, True, "", "scenarios in which hulls overlapped"),
+    "collisions_max": Check("collisions", None, True, "", "scenarios in which hulls overlapped", foreign=BOTH),
     "standstills_max": Check(
         "standstills", None, True, "", "scenarios in which a boat stood still for 60 s, or did not arrive in time"
     ),
+    "stopped_max": Check(
+        "stopped", None, True, "", "scenarios in which a boat sailed less than 6 m in 60 s, or did not arrive in time"
+    ),
     "arrived_min": Check("arrived", "boats_with_goal", False, "share", "boats that reached their goal in time", 1.0),
-    "inside_radius_max": Check("inside_radius", "cases", True, "share", "scenarios with two boats within R", 1.0),
-    "min_separation_m": Check("min_separation_m", None, False, "m", "least separation of two boats, of all scenarios"),
+    "inside_radius_max": Check("inside_radius", "cases", True, "share", "scenarios with two boats within R", 1.0, foreign=BOTH),
+    "min_separation_m": Check("min_separation_m", None, False, "m", "least separation of two boats, of all scenarios", foreign=BOTH),
     "separation_median_m": Check(
         "separation_median_m", None, False, "m", "least separation of two boats, the median scenario"
     ),
-    "delay_median_s": Check("delay_median_s", None, True, "s", "delay against nobody in the way, the median boat"),
-    "delay_p95_s": Check("delay_p95_s", None, True, "s", "delay against nobody in the way, 95 % of boats stay below"),
+    "delay_median_s": Check("delay_median_s", None, True, "s", "delay against nobody in the way, the median boat", foreign=BOTH),
+    "delay_p95_s": Check("delay_p95_s", None, True, "s", "delay against nobody in the way, 95 % of boats stay below", foreign=BOTH),
     "formation_end_m": Check("formation_end_m", None, True, "m", "formation error at the end, the worst boat"),
     "settled_p95_s": Check(
         "settled_p95_s", None, True, "s", "from then on within 1 m of its place to the end, 95 % of boats are sooner"
@@ -44,7 +50,30 @@ CHECKS: dict[str, Check] = {
     "unsettled_max": Check("unsettled", None, True, "", "boats not within 1 m of their places at the end"),
     "cross_track_most_m": Check("cross_track_most_m", None, True, "m", "distance from the path, the worst boat"),
     "switches_max": Check("switches_per_boat", None, True, "", "avoidances begun and ended, the mean boat"),
-}
+    "contacts_max": Check("contacts", None, True, "", "scenarios in which a boat touched a vessel", foreign=ONLY),
+    "domain_kept_min": Check(
+        "domain_kept", None, False, "share", "scenarios in which the domains of all vessels stayed free", 1.0, ONLY
+    ),
+    "domain_kept_08_min": Check(
+        "domain_kept_08", None, False, "share", "scenarios in which 0.8 of the domains stayed free", 1.0, ONLY
+    ),
+    "side_right_min": Check(
+        "side_right", None, False, "share", "scenarios in which vessels head-on and from starboard were left to port",
+        1.0, ONLY,
+    ),
+    "in_time_min": Check("in_time", None, False, "share", "first actions in time for their role", 1.0, ONLY),
+    "substantial_min": Check("substantial", None, False, "share", "first actions that can be seen", 1.0, ONLY),
+    "rule_right_min": Check("rule_right", None, False, "share", "scenarios in which the rules were obeyed", 1.0, ONLY),
+    "decisions_max": Check(
+        "decisions", None, True, "", "alterations begun or changed, mean of scenarios with one", foreign=ONLY
+    ),
+    "reversals_max": Check(
+        "reversals", None, True, "share", "scenarios in which an alteration changed its side", 1.0, ONLY
+    ),
+    "retriggers_max": Check(
+        "retriggers", None, True, "share", "scenarios that acted again for a vessel within 60 s", 1.0, ONLY
+    ),
+}  # fmt: skip
 """Every bound is a number of at least 0."""
 
 
@@ -83,12 +112,19 @@ def _number(value: object) -> float | None:
     return float(value) if isinstance(value, int | float) else None
 
 
-def check_problems(checks: Mapping[str, float]) -> Iterator[Problem]:
-    """Checks that do not exist, and bounds that make no sense."""
+def check_problems(checks: Mapping[str, float], foreign: bool) -> Iterator[Problem]:
+    """Checks that do not exist, or not for such families, and bounds that make no sense.
+
+    Args:
+        foreign: the family is one of foreign vessels
+    """
     for name, bound in checks.items():
         known = CHECKS.get(name)
         if known is None:
             yield Problem(("checks", name), f"no such check{hint(name, CHECKS)}", bound)
+        elif foreign not in known.foreign:
+            which = "with" if foreign else "without"
+            yield Problem(("checks", name), f"there is no such figure {which} foreign vessels", bound)
         elif bound < 0.0 or bound > known.highest:
             wrong = "expected at least 0" if bound < 0.0 else f"expected at most {known.highest:g}"
             yield Problem(("checks", name), wrong, bound)

@@ -21,10 +21,12 @@ from fleet.mission.toml_file import parse, ready_files, text_at
 from fleet.mission.toml_lines import key_lines
 from fleet.sim.batch import Scenarios
 from fleet.sim.batch.scenarios import IntArray
+from fleet.sim.batch.ships import ShipCase
 from fleet.sim.sweep.grid import Grid, specs_of
 from fleet.sim.sweep.layouts import Crowded
 from fleet.sim.sweep.model import MOST_CASES, MOST_SEED, Spec
 from fleet.sim.sweep.scenes import scenes
+from fleet.sim.sweep.ships import foreign, ship_cases
 
 WHAT = "family"
 
@@ -72,6 +74,15 @@ class Family(Struct, frozen=True, kw_only=True):
             return scenes(self.name, self.spec(point), seed, np.asarray(cases, dtype=np.intp))
         except Crowded as crowded:
             raise FamilyError(self.name, (str(crowded),)) from None
+
+    @property
+    def foreign(self) -> bool:
+        """Boats meet foreign vessels: `ships` says what, instead of `scenarios`."""
+        return foreign(self.specs[0])
+
+    def ships(self, seed: int, point: int | Point, cases: Sequence[int]) -> tuple[ShipCase, ...]:
+        """Some cases with foreign vessels."""
+        return tuple(ship_cases(self.name, self.spec(point), seed, cases))
 
     def run_options(self, point: int | Point) -> dict[str, Any]:
         """Arguments of `fleet.sim.batch.run` beside the scenarios."""

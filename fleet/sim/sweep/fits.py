@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from msgspec import UNSET
+
 from fleet.mission.formation import BETWEEN_SLOTS_M
 from fleet.mission.problem import Problem
-from fleet.sim.sweep.distributions import support
+from fleet.sim.sweep.distributions import Drawn, Spread, support
 from fleet.sim.sweep.formed import circuit_path
 from fleet.sim.sweep.layouts import circle_radius
 from fleet.sim.sweep.merging import corner
@@ -17,6 +19,11 @@ from fleet.sim.sweep.model import Anywhere, Circle, Circuit, Formations, Meeting
 def gap_for(radius_m: float, sigma_m: float) -> float:
     """Least distance between two slots [m]: R + 2, or R + 0.5 and the margin for two position errors."""
     return max(radius_m + BETWEEN_SLOTS_M, radius_m + 0.5 + 2.0 * math.sqrt(2.0) * sigma_m)
+
+
+def shown(value: Drawn) -> object:
+    """As messages repeat it: a distribution not at all."""
+    return UNSET if isinstance(value, Spread) else value
 
 
 def layout_problems(spec: Spec) -> Iterator[Problem]:
@@ -80,12 +87,12 @@ def _circuit(spec: Spec, layout: Circuit) -> Iterator[Problem]:
         return
     lap, boats = circuit_path(layout).length, spec.boats
     if boats * layout.apart_m > lap:
-        yield Problem(("layout", "apart_m"), f"{boats} boats on a lap of {lap:.1f} m", layout.apart_m)
+        yield Problem(("layout", "apart_m"), f"{boats} boats on a lap of {lap:.1f} m; expected less", layout.apart_m)
     if spec.formation is not None and boats > 1:
         room = lap - (boats - 1) * max(map(abs, support(spec.formation.spacing_m)))
         if room < _need(spec):
             wrong = f"round the lap the last boat is {room:.1f} m before the first; at least {_need(spec):.1f} m"
-            yield Problem(("formation", "spacing_m"), wrong)
+            yield Problem(("formation", "spacing_m"), wrong, shown(spec.formation.spacing_m))
 
 
 def _anywhere(spec: Spec, layout: Anywhere) -> Iterator[Problem]:
@@ -96,4 +103,4 @@ def _anywhere(spec: Spec, layout: Anywhere) -> Iterator[Problem]:
     if most > 0.0 and way < math.radians(most) * tightest:
         radius = way / math.radians(most)
         wrong = f"paths can bend with {radius:.1f} m; boats need {tightest:.1f} m"
-        yield Problem(("layout", "turn_deg"), wrong)
+        yield Problem(("layout", "turn_deg"), wrong, shown(layout.turn_deg))

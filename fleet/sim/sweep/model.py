@@ -111,7 +111,44 @@ class Circuit(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag
     speed_share: AtLeast0 = 0.0  # per boat: speed at the start, of cruise
 
 
-Layout = Meeting | Circle | Column | Merging | Anywhere | Formations | Circuit
+Sensor = Literal["exact", "ais", "positions", "mixed"]
+
+
+class Vessels(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="kind", tag="vessels"):
+    """Foreign vessels meet one boat, or a formation, that sails north; they follow their courses and see nobody."""
+
+    cruise_mps: Above = Spread(even=(0.5, 1.5))  # per case, without a formation
+    vessels: Above = 1.0  # per case, rounded down, at most 8
+    meet_s: Above = 120.0  # per vessel: when it would pass the boats
+    length_m: Above = Spread(even=(5.0, 60.0))  # per vessel
+    speed_mps: AtLeast0 = Spread(even=(0.0, 8.0))  # per vessel
+    course_deg: Drawn = Spread(even=(-180.0, 180.0))  # per vessel
+    opposite: Lost = 0.0  # share of the vessels whose course is the other way round
+    miss: Drawn = Spread(even=(-1.2, 1.2))  # per vessel: passes the first boat so far off, as a share of its clearance
+    sensor: Sensor = "mixed"
+    turn_deg: AtLeast0 = 0.0  # per vessel: it turns by so much, to either side,
+    turn_before_s: AtLeast0 = Spread(even=(10.0, 60.0))  # per vessel: so long before it would pass,
+    turn_rate_radps: Above = Spread(even=(0.03, 0.1))  # per vessel
+    abreast: Lost = 0.0  # per case: from 0.5 on the formation sails abreast, else in column
+    bend_deg: Turn = 0.0  # per case: by which the boats' path bends, + to starboard,
+    bend_before_s: NotNegative = 30.0  # so long before the last vessel would pass
+    bank_m: Positive | None = None  # a shore so far to starboard of the path, north to south
+    shoal_m: NotNegative = 0.0  # radius of a six-sided shoal beside the meeting
+    shoal_aside_m: Drawn = 60.0  # per case: its middle so far to starboard of the path
+
+
+class Imazu(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="kind", tag="imazu"):
+    """One of the 22 geometries of Imazu, one to three vessels that all meet the boat in one point."""
+
+    geometry: Annotated[int, Meta(ge=1, le=22)] = 1
+    multiple: Positive = 1.0  # of our speed is theirs; one ahead on our course has half of ours
+    cruise_mps: Above = 1.0  # per case
+    meet_s: Positive = 180.0
+    length_m: Positive = 20.0
+    sensor: Sensor = "exact"
+
+
+Layout = Meeting | Circle | Column | Merging | Anywhere | Formations | Circuit | Vessels | Imazu
 
 
 class Formation(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

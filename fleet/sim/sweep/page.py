@@ -9,13 +9,16 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from fleet.analysis.report import STYLE, html_table, shown
+from fleet.analysis.canvas import svg, unique_ids
+from fleet.analysis.html import STYLE, cards, figure, html_table, shown
+from fleet.analysis.html import verdict as ground
 from fleet.errors import UsageError
 from fleet.sim.batch import Results
-from fleet.sim.sweep import pictures
+from fleet.sim.sweep import pictures, ships_alone, ships_pictures, ships_results
 from fleet.sim.sweep.alone import reasons, sail_case
 from fleet.sim.sweep.checks import CHECKS
 from fleet.sim.sweep.family import case_name
+from fleet.sim.sweep.ships_results import ShipResults
 from fleet.sim.sweep.store import Store, write_text
 from fleet.sim.sweep.table import MEANINGS, Figures
 
@@ -34,10 +37,7 @@ COLUMNS = {
     "formation_rms_m": "formation rms [m]",
 }
 """Columns of the table of points."""
-_MORE = """
-pre { background: #f5f5f5; padding: .8rem; overflow-x: auto; } .wide { overflow-x: auto; }
-.wide td:first-child { white-space: nowrap; }
-"""
+_MORE = ".wide td:first-child { white-space: nowrap; }"
 
 
 class Chosen(Struct, frozen=True):
@@ -69,15 +69,16 @@ def page(store: Store, results: Sequence[Results | None], summary: Figures) -> s
         '<!doctype html><html lang="en"><head><meta charset="utf-8">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
         f"<title>{title}</title><style>{STYLE}{_MORE}</style></head><body>",
-        f'<h1>{title} <span class="verdict{" ok" if passed else ""}">{verdict}</span></h1>',
+        f"<h1>{title} {ground(verdict, None if verdict in ('no checks', 'not complete') else passed)}</h1>",
         f'<p class="run">{escape(store.folder.resolve().name)}: {len(sweep.points)} x {sweep.cases} cases, '
         f"seed {sweep.seed}, method {escape(str(summary['method']))}, fleet {escape(sweep.version)}</p>",
         _lost(summary),
+        _glance(store, results, summary),
         _checks(summary),
-        _figures(summary),
         _drawn(store, results, summary),
         _points(summary),
         _failed(store, summary),
+        _figures(summary),
         f"<h2>What was sailed</h2><p><code>{escape(sweep.command)}</code>; laws <code>{sweep.laws}</code></p>",
         f"<pre>{escape(sweep.text)}</pre></body></html>\n",
     ]
@@ -91,27 +92,72 @@ def _lost(summary: Figures) -> str:
     return f'<p class="note">{"<br>".join(lines)}</p>' if lines else ""
 
 
+def _glance(store: Store, results: Sequence[Results | None], summary: Figures) -> str:
+    """How many went wrong, and the worst numbers with the case they are of."""
+    there = [(point, one) for point, one in enumerate(results) if one is not None]
+    if not there:
+        return ""
+    if store.family.foreign:
+        return cards(ships_alone.glance(summary))
+    point, worst = min(there, key=lambda one: float(one[1].least_m.min()))
+    case = case_name(store.family, store.sweep.seed, point, int(worst.case[worst.least_m.argmin()]))
+    judged = [one for tables in summary["points"] for one in tables["checks"]]
+    held = sum(bool(one["ok"]) for one in judged)
+    collisions, stuck, arrived = (summary[name] for name in ("collisions", "standstills", "arrived"))
+    content: list[tuple[str, str, str, bool | None]] = [
+        ("cases", shown(summary["cases"]), f"of {escape(str(summary['boats']))} boats", None),
+        ("collisions", shown(collisions), "cases in which hulls met", collisions == 0),
+        ("standstills", shown(stuck), "cases in which a boat stood still", stuck == 0),
+        ("least separation", shown(summary["min_separation_m"], "m"), f"case {escape(case)}", None),
+    ]
+    if summary["boats_with_goal"]:
+        content += [
+            ("delay", shown(summary["delay_p95_s"], "s"), "95 % of the boats that arrived are below", None),
+            ("arrived", shown(arrived), f"of {shown(summary['boats_with_goal'])} boats", None),
+        ]
+    if judged:
+        content.insert(0, ("checks", f"{held} of {len(judged)}", "hold, all points together", held == len(judged)))
+    return cards(content)
+
+
 def _drawn(store: Store, results: Sequence[Results | None], summary: Figures) -> str:
     """The pictures, or a line that says why there are none."""
     there = [one for one in results if one is not None]
     if not there:
         return ""
     try:
-        whole = pictures.svg(pictures.distributions(there))
+        if store.family.foreign:
+            whole = _picture(ships_pictures.distributions(there), "d", "What is left of the domains, and delays")
+        else:
+            whole = _picture(pictures.distributions(there), "d", "Least separations and delays of the boats")
     except UsageError as error:
         return f'<p class="note">{escape(str(error))}</p>'
-    parts = ["<h2>Distributions</h2>", whole]
+    parts = ["<h2>Distributions</h2>", figure(whole, "")]
     grid = pictures.maps([store.family.points[one["point"]] for one in summary["points"]], summary["points"])
     if grid is not None:
-        parts += ["<h2>Over the grid</h2>", pictures.svg(grid)]
+        parts += ["<h2>Over the grid</h2>", figure(_picture(grid, "g", "Main figures over the points of the grid"), "")]
     parts.append("<h2>Cases</h2>")
-    for chosen in chosen_cases(results):
-        parts.append(pictures.svg(_tracks(store, chosen)))
+    for number, chosen in enumerate(chosen_cases(results)):
+        name = case_name(store.family, store.sweep.seed, chosen.point, chosen.case)
+        drawn = _picture(_tracks(store, chosen), f"c{number}", f"Tracks and separations of case {name}: {chosen.why}")
+        parts.append(figure(drawn, f"<code>{escape(_alone(store, name))}</code>"))
     return "\n".join(parts)
+
+
+def _picture(drawn: Any, prefix: str, said: str) -> str:
+    """A figure as SVG whose names are its own in the page."""
+    return unique_ids(svg(drawn, said), prefix)
+
+
+def _alone(store: Store, name: str) -> str:
+    """The command that sails one case alone."""
+    return f"fleet sim --case {store.folder}:{name}"
 
 
 def _tracks(store: Store, chosen: Chosen) -> Any:
     family, seed = store.family, store.sweep.seed
+    if family.foreign:
+        return ships_alone.drawn(family, seed, chosen.point, chosen.case, chosen.why)
     sailed = sail_case(family, seed, chosen.point, chosen.case, floats=None)
     point = family.points[chosen.point]
     label = f", {point.label}" if point.label else ""
@@ -121,7 +167,9 @@ def _tracks(store: Store, chosen: Chosen) -> Any:
 
 def chosen_cases(results: Sequence[Results | None]) -> list[Chosen]:
     """The case of the least separation, and the first ones with a standstill and with a collision."""
-    there = [(point, one) for point, one in enumerate(results) if one is not None]
+    there: list[tuple[int, Any]] = [(point, one) for point, one in enumerate(results) if one is not None]
+    if isinstance(there[0][1], ShipResults):
+        return [Chosen(*one) for one in ships_alone.chosen_cases(there)]
     point, worst = min(there, key=lambda one: float(one[1].least_m.min()))
     chosen = {(point, int(worst.case[worst.least_m.argmin()])): "least separation"}
     for what, name in (("standstill", "standstill"), ("collision", "collided")):
@@ -159,16 +207,17 @@ def _points(summary: Figures) -> str:
     if len(summary["points"]) < 2:
         return ""
     points = summary["points"]
-    used = [name for name in COLUMNS if any(point[name] is not None for point in points)]
+    columns = ships_results.COLUMNS if "contacts" in points[0] else COLUMNS
+    used = [name for name in columns if any(point[name] is not None for point in points)]
     rows = [[escape(point["label"]), *(shown(point[name]) for name in used)] for point in points]
-    table = html_table(("point", *(escape(COLUMNS[name]) for name in used)), rows)
+    table = html_table(("point", *(escape(columns[name]) for name in used)), rows)
     return f'<h2>Points of the grid</h2><div class="wide">{table}</div>'
 
 
 def _figures(summary: Figures) -> str:
     rows = [
         (name, shown(summary[name], unit), f'<span class="means">{escape(meaning)}</span>')
-        for name, (meaning, unit) in MEANINGS.items()
+        for name, (meaning, unit) in (ships_results.MEANINGS if "contacts" in summary else MEANINGS).items()
         if summary.get(name) is not None
     ]
     speed = summary["boat_ticks_per_s"]
@@ -182,6 +231,6 @@ def _failed(store: Store, summary: Figures) -> str:
     names = summary["failed_seeds"]
     if not names:
         return "<h2>Failing cases</h2><p>none</p>"
-    lines = "\n".join(f"fleet sim --case {store.folder}:{name}" for name in names[:MOST_NAMED])
+    lines = "\n".join(_alone(store, name) for name in names[:MOST_NAMED])
     more = f"\nand {len(names) - MOST_NAMED} more: see summary.json" if len(names) > MOST_NAMED else ""
     return f"<h2>Failing cases: {len(names)}</h2><pre>{escape(lines + more)}</pre>"

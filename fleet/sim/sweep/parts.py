@@ -9,7 +9,7 @@ import zipfile
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from msgspec import Struct
@@ -17,13 +17,16 @@ from msgspec import Struct
 import fleet
 from fleet.errors import RecordingError
 from fleet.sim.batch import Results, run
+from fleet.sim.sweep.ships import sail_part
+from fleet.sim.sweep.ships_results import ShipResults
 
 if TYPE_CHECKING:
     from fleet.sim.sweep.family import Family
 
 MOST_LANES, LEAST_LANES, SHARES = 4096, 1024, 4
+AT_A_TIME = 20  # boats of a part with foreign vessels: some seconds
 LAWS = (
-    *("ops.py", "ops_lanes.py", "geo.py", "paths", "guidance", "coordination", "avoidance", "hulls", "agent"),
+    *("ops.py", "ops_lanes.py", "geo.py", "paths", "guidance", "coordination", "avoidance", "hulls", "agent", "sensing"),
     *("sim/batch", "sim/sweep"),
 )
 """What decides where a boat goes."""
@@ -45,6 +48,11 @@ TELLING = {
 """Modules of sweeps that do not: they carry, keep and tell."""
 
 
+AnyResults: TypeAlias = Results | ShipResults
+OF_SHIPS = "ships."
+"""Begins the names of arrays of `ShipResults.values` in a file."""
+
+
 class Part(Struct, frozen=True, order=True):
     """Cases `first` ... `first + count - 1` of a point."""
 
@@ -61,7 +69,7 @@ class Part(Struct, frozen=True, order=True):
         return f"point {self.point}, cases {self.first} to {self.first + self.count - 1}"
 
 
-def parts_of(boats: Sequence[int], cases: int) -> tuple[Part, ...]:
+def parts_of(boats: Sequence[int], cases: int, one_by_one: bool = False) -> tuple[Part, ...]:
     """The parts of a sweep, in order: whatever sails them, the same ones.
 
     A part is about 4096 lanes, where arrays stay in the cache, or a quarter of a smaller sweep.
@@ -69,8 +77,9 @@ def parts_of(boats: Sequence[int], cases: int) -> tuple[Part, ...]:
     Args:
         boats: of a case, at each point
         cases: of each point
+        one_by_one: cases are sailed one after the other; small parts then lose less when one is lost
     """
-    most = min(MOST_LANES, max(LEAST_LANES, sum(boats) * cases // SHARES))
+    most = AT_A_TIME if one_by_one else min(MOST_LANES, max(LEAST_LANES, sum(boats) * cases // SHARES))
     parts = []
     for point, of_case in enumerate(boats):
         number = -(-cases // max(1, most // of_case))
@@ -79,16 +88,20 @@ def parts_of(boats: Sequence[int], cases: int) -> tuple[Part, ...]:
     return tuple(parts)
 
 
-def sail(family: Family, seed: int, part: Part) -> Results:
+def sail(family: Family, seed: int, part: Part) -> AnyResults:
     """Sail the cases of a part."""
     point = family.points[part.point]
+    if family.foreign:
+        return sail_part(family.name, family.spec(point), seed, range(part.first, part.first + part.count))
     cases = np.arange(part.first, part.first + part.count)
     return run(family.scenarios(seed, point, cases), **family.run_options(point))
 
 
-def pack(results: Results) -> bytes:
+def pack(results: AnyResults) -> bytes:
     """Results without traces as the bytes of an npz file."""
     fields = {name: getattr(results, name) for name in results.__struct_fields__ if name != "traces"}
+    if isinstance(results, ShipResults):
+        fields |= {OF_SHIPS + name: values for name, values in fields.pop("values").items()}
     arrays: dict[str, Any] = {name: value for name, value in fields.items() if isinstance(value, np.ndarray)}
     values = {name: value for name, value in fields.items() if name not in arrays}
     to = io.BytesIO()
@@ -96,7 +109,7 @@ def pack(results: Results) -> bytes:
     return to.getvalue()
 
 
-def unpack(content: bytes, where: str = "part") -> Results:
+def unpack(content: bytes, where: str = "part") -> AnyResults:
     """What `pack` was given.
 
     Raises:
@@ -105,9 +118,19 @@ def unpack(content: bytes, where: str = "part") -> Results:
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as file:
             values = json.loads(file["values"].tobytes())
-            return Results(traces=[], **values, **{name: file[name] for name in file.files if name != "values"})
+            arrays = {name: file[name] for name in file.files if name != "values"}
+            of_ships = {name.removeprefix(OF_SHIPS): arrays.pop(name) for name in list(arrays) if OF_SHIPS in name}
+            if of_ships:
+                return ShipResults(values=of_ships, **values, **arrays)
+            return Results(traces=[], **values, **arrays)
     except (ValueError, KeyError, TypeError, OSError, EOFError, zipfile.BadZipFile) as error:
         raise RecordingError(f"{where}: not a part of a sweep, or damaged: {error}") from error
+
+
+def joined(parts: Sequence[Any]) -> AnyResults:
+    """Parts of one point, one after the other."""
+    results: AnyResults = type(parts[0]).joined(parts)
+    return results
 
 
 @cache

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import io
-import re
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from fleet.analysis.figures import ALARM, COLOURS, FAINT, INK, STYLES, canvas
+from fleet.analysis.canvas import ALARM, COLOURS, FAINT, INK, STYLES, canvas
 from fleet.ops import FloatArray
 from fleet.sim.batch import Results
+from fleet.sim.sweep import ships_results
 from fleet.sim.sweep.alone import closest
 from fleet.sim.sweep.family import Point
 
@@ -31,15 +30,6 @@ MAPS = {
 }
 """Figures that are drawn over a grid: the first four that the grid changes."""
 MOST_MAPS = 4
-
-
-def svg(figure: Any) -> str:
-    """A figure as SVG to stand in a page."""
-    to = io.StringIO()
-    figure.savefig(to, format="svg")
-    drawn = to.getvalue()
-    drawn = re.sub(r"<metadata>.*?</metadata>", "", drawn[drawn.index("<svg") :], flags=re.DOTALL)
-    return re.sub(r' xmlns:xlink="[^"]*"', "", drawn.replace("xlink:href", "href"))
 
 
 def distributions(results: Sequence[Results]) -> Any:
@@ -116,16 +106,22 @@ def maps(points: Sequence[Point], tables: Sequence[dict[str, Any]]) -> Any | Non
     names = list(numbers[0]) if numbers else []
     if not 1 <= len(names) <= 2 or len(points) < 2:
         return None
-    shown = sorted(MAPS, key=lambda name: len({one[name] for one in tables}) < 2)[:MOST_MAPS]  # stable
+    titles = ships_results.MAPS if "contacts" in tables[0] else MAPS
+    shown = [name for name in titles if len({one[name] for one in tables}) > 1][:MOST_MAPS] or list(titles)[:1]
     figure_of, style = canvas()
     with style():
-        figure = figure_of(figsize=(11.0, 2.8 if len(names) == 1 else 5.6), layout="constrained")
-        if len(names) == 1:
-            for axis, name in zip(figure.subplots(1, MOST_MAPS), shown, strict=True):
-                _curve(axis, names[0], [one[names[0]] for one in numbers], [one[name] for one in tables], MAPS[name])
-        else:
-            for axis, name in zip(figure.subplots(2, 2).flat, shown, strict=True):
-                _map(figure, axis, names, numbers, [one[name] for one in tables], MAPS[name])
+        across = len(shown) if len(names) == 1 else min(len(shown), 2)
+        down = -(-len(shown) // across)
+        figure = figure_of(figsize=(11.0, 2.8 * down), layout="constrained")
+        axes = list(figure.subplots(down, across, squeeze=False).flat)
+        for axis in axes[len(shown) :]:
+            axis.set_axis_off()
+        for axis, name in zip(axes, shown, strict=False):
+            values = [one[name] for one in tables]
+            if len(names) == 1:
+                _curve(axis, names[0], [one[names[0]] for one in numbers], values, titles[name])
+            else:
+                _map(figure, axis, names, numbers, values, titles[name])
     return figure
 
 

@@ -9,7 +9,6 @@ from collections.abc import Callable
 from msgspec import Struct
 
 from fleet.errors import UsageError
-from fleet.sim.batch import Results
 from fleet.sim.sweep.parts import laws_digest, unpack
 from fleet.sim.sweep.pool import Engine, Sailed
 from fleet.sim.sweep.store import Store
@@ -85,7 +84,7 @@ def _take(store: Store, sailed: Sailed, progress: Progress, ended: Ended) -> Non
     if sailed.content is None:
         ended.lost.append(sailed)
         return
-    results: Results = unpack(sailed.content, str(sailed.part))
+    results = unpack(sailed.content, str(sailed.part))
     store.keep(sailed.part, sailed.content)
     ended.boat_ticks += results.boat_ticks
     progress.cases += len(results.case)

@@ -16,7 +16,7 @@ from fleet.sim.sweep.distributions import Draw, Spread, radians
 from fleet.sim.sweep.formed import circuit, formations
 from fleet.sim.sweep.layouts import ATTEMPTS, Laid, circle, column, meeting, slots
 from fleet.sim.sweep.merging import merging
-from fleet.sim.sweep.model import Anywhere, Circle, Circuit, Column, Formations, Meeting, Spec
+from fleet.sim.sweep.model import Anywhere, Circle, Circuit, Column, Formations, Meeting, Merging, Spec
 from fleet.sim.world import LEEWAY
 
 
@@ -64,6 +64,7 @@ def _lay(spec: Spec, seed: int, case: IntArray, attempts: int) -> tuple[Laid, Fl
         if isinstance(layout, Formations):
             return formations(layout, spec.formation, spec.boats, seed, case)
         return circuit(layout, spec.formation, spec.boats, seed, case)
+    assert isinstance(layout, Merging), "others have foreign vessels, and are sailed by ships"
     return merging(layout, spec.formation, spec.boats, seed, case)
 
 

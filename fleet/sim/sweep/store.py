@@ -13,6 +13,7 @@ import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 import msgspec
 from msgspec import Struct
@@ -21,9 +22,8 @@ from fleet import __version__
 from fleet.errors import RecordingError, UsageError
 from fleet.recording.disk import DiskStream, in_words, sync_folder
 from fleet.recording.runs import list_folders, new_run
-from fleet.sim.batch import Results
 from fleet.sim.sweep.family import Family, loads
-from fleet.sim.sweep.parts import Part, laws_digest, parts_of, unpack
+from fleet.sim.sweep.parts import AnyResults, Part, joined, laws_digest, parts_of, unpack
 
 
 class Sweep(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -58,7 +58,7 @@ class Sweep(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
             cases=family.cases,
             seed=family.seed,
             points=tuple(point.label for point in family.points),
-            parts=parts_of(boats, family.cases),
+            parts=parts_of(boats, family.cases, family.foreign),
             command=command,
             version=__version__,
             laws=laws_digest(),
@@ -118,7 +118,7 @@ class Store:
                 damaged.append(str(error))
         return left, damaged
 
-    def read(self, part: Part) -> Results:
+    def read(self, part: Part) -> AnyResults:
         """Results of a part that is there.
 
         Raises:
@@ -133,14 +133,14 @@ class Store:
             raise RecordingError(f"{path}: not {part}, but cases {results.case[:1]} ... {results.case[-1:]}")
         return results
 
-    def results(self, parts: Iterable[Part] | None = None) -> list[Results | None]:
+    def results(self, parts: Iterable[Part] | None = None) -> list[Any]:
         """Of each point, in the order of its cases, whoever sailed them when; None: nothing is there of it."""
-        found: list[list[Results]] = [[] for _ in self.sweep.points]
+        found: list[list[AnyResults]] = [[] for _ in self.sweep.points]
         chosen = set(self.sweep.parts if parts is None else parts)
         for part in self.sweep.parts:
             if part in chosen and self.part_file(part).exists():
                 found[part.point].append(self.read(part))
-        return [Results.joined(point) if point else None for point in found]
+        return [joined(point) if point else None for point in found]
 
     @contextmanager
     def alone(self) -> Iterator[None]:

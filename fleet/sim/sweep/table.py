@@ -11,7 +11,9 @@ from fleet.ops import FloatArray
 from fleet.sim.batch import Results
 from fleet.sim.sweep.checks import evaluate
 from fleet.sim.sweep.family import Family, case_name
+from fleet.sim.sweep import ships_results
 from fleet.sim.sweep.run import Ended
+from fleet.sim.sweep.ships_results import ShipResults
 from fleet.sim.sweep.store import Store
 
 Figures = dict[str, Any]
@@ -20,6 +22,10 @@ MEANINGS: dict[str, tuple[str, str]] = {
     "cases": ("scenarios sailed", ""),
     "collisions": ("cases in which hulls came to overlap", ""),
     "standstills": ("cases in which a boat stood still for 60 s without being told to, or never arrived", ""),
+    "stopped": (
+        "of these, cases in which a boat sailed less than 6 m in 60 s, or never arrived: not even in circles",
+        "",
+    ),
     "arrived": ("boats that arrived within 3 times the nominal time and 60 s", ""),
     "boats_with_goal": ("boats that have somewhere to arrive", ""),
     "inside_radius": ("cases in which two boats came nearer than R", ""),
@@ -39,8 +45,11 @@ MEANINGS: dict[str, tuple[str, str]] = {
 """Figures: meaning and unit. None: there is nothing to measure."""
 
 
-def figures(parts: Sequence[Results]) -> Figures:
-    """The figures of one point, or of several together; keys as `MEANINGS`."""
+def figures(parts: Sequence[Any]) -> Figures:
+    """The figures of one point, or of several together; keys as `MEANINGS`, of `ships_results` with foreign vessels."""
+
+    if isinstance(parts[0], ShipResults):
+        return ships_results.figures(parts)
 
     def every(name: str) -> FloatArray:
         return np.concatenate([np.ravel(getattr(one, name)) for one in parts])
@@ -52,6 +61,7 @@ def figures(parts: Sequence[Results]) -> Figures:
         "cases": len(least),
         "collisions": int(every("collided").sum()),
         "standstills": int(every("standstill").sum()),
+        "stopped": int(sum(np.maximum(one.stopped.max(axis=1), one.unfinished).sum() for one in parts)),
         "arrived": int((np.isfinite(every("arrived_s")) & goals).sum()),
         "boats_with_goal": int(goals.sum()),
         "inside_radius": sum(int((one.least_m < one.radius_m).sum()) for one in parts),

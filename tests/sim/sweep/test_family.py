@@ -19,7 +19,7 @@ from fleet.sim.sweep.checks import CHECKS, evaluate
 from fleet.sim.sweep.distributions import Draw, Spread
 from fleet.sim.sweep.family import case_name, load, loads, read_case, ready
 
-NUMBERS = tuple(name for name in (*PER_BOAT, *PER_BOAT_LATER, *PER_SCENARIO) if name != "path")
+NUMBERS = tuple(name for name in (*PER_BOAT, *PER_BOAT_LATER, *PER_SCENARIO) if name not in ("path", "hull"))
 CASES = np.array([0, 1, 5, 17, 400])
 
 MEETING = """\

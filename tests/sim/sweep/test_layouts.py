@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from fleet.agent.modes import Goal
+from fleet.guidance.limits import Limits
 from fleet.sim.batch import Scenarios
+from fleet.sim.sweep.anywhere import escapable
 from fleet.sim.sweep.family import load, loads
 from fleet.sim.sweep.layouts import circle_radius, nearest
 from fleet.sim.sweep.merging import BEND_M
@@ -139,6 +141,75 @@ def test_boats_that_merge_into_one_column_begin_at_their_places() -> None:
     assert np.allclose([p.y for p in ends], 0.0)
 
 
+def track(scenarios: Scenarios, row: int, boat: int, t: np.ndarray) -> np.ndarray:
+    """(2, time) where a boat would be with nobody in the way."""
+    points = [at(scenarios, row, boat, s) for s in (scenarios.s[row, boat] + scenarios.cruise[row, boat] * t).tolist()]
+    return np.array([[p.x for p in points], [p.y for p in points]])
+
+
+def test_boats_anywhere_would_each_meet_one_of_those_before_it() -> None:
+    scenarios = drawn("fleet", "layout.late_s=0", "layout.aside_m=0", point=6)
+    t = np.arange(0.0, 85.0, 0.5)
+    for row in range(8):
+        tracks = [track(scenarios, row, boat, t) for boat in range(8)]
+        for boat in range(1, 8):
+            near = [np.hypot(*(tracks[boat] - other)) for other in tracks[:boat]]
+            assert min(d[t >= 20.0].min() for d in near) < 0.25 * 3.0 + 0.05  # half a time step of both
+
+
+def test_boats_anywhere_begin_apart_on_their_paths_and_some_paths_bend() -> None:
+    scenarios = drawn("fleet", point=6)
+    assert nearest(scenarios.x, scenarios.y).min() > 12.0
+    assert escapable(scenarios.x, scenarios.y, scenarios.psi, scenarios.u, scenarios.limits).all()
+    bent = 0
+    for boat in range(8):
+        begin, end = at(scenarios, 3, boat, 0.0), at(scenarios, 3, boat, scenarios.goal_m[3, boat])
+        assert (begin.x, begin.y) == (pytest.approx(scenarios.x[3, boat]), pytest.approx(scenarios.y[3, boat]))
+        assert np.arctan2(begin.ty, begin.tx) == pytest.approx(scenarios.psi[3, boat])
+        turn = np.degrees(np.arctan2(begin.tx * end.ty - begin.ty * end.tx, begin.tx * end.tx + begin.ty * end.ty))
+        assert min(abs(turn - angle) for angle in (-90, -45, 0, 45, 90)) < 0.1
+        bent += abs(turn) > 1.0
+    assert 0 < bent < 8
+
+
+def test_two_boats_bow_to_bow_escape_only_where_both_can_stop() -> None:
+    """1.5 m/s stops within 1.5 (2.5 + 1) = 5.25 m: two of them need 12.9 m, and 2.4 m of hull is in it."""
+    psi, u = np.array([[0.0, np.pi]]), np.array([[1.5, 1.5]])
+    for gap, clear in ((12.8, False), (13.0, True)):
+        assert escapable(np.array([[0.0, gap]]), np.zeros((1, 2)), psi, u, Limits()).tolist() == [clear]
+
+
+def test_two_formations_would_meet_with_their_middles() -> None:
+    scenarios = drawn(
+        "meeting", "layout.late_s=0", "layout.aside_m=0", "layout.along_m=0", "layout.across_m=0", point=1
+    )
+    assert scenarios.member.tolist() == [[1.0, 1.0, 1.0, 2.0, 2.0, 2.0]] * 40
+    shapes = set()
+    for row in range(40):
+        for group in (slice(0, 3), slice(3, 6)):
+            assert np.ptp(scenarios.cruise[row, group]) == 0.0
+            assert np.ptp(scenarios.psi[row, group]) == 0.0
+            ends = np.array([track(scenarios, row, boat, np.array([100.0]))[:, 0] for boat in range(6)[group]])
+            assert np.allclose(ends.mean(axis=0), 0.0, atol=1e-9)
+            assert np.allclose(scenarios.s[row, group] - scenarios.offset[row, group], 500.0)
+            shapes.add(bool(np.ptp(scenarios.offset[row, group]) == 0.0))
+            apart = np.hypot(*(ends[0] - ends[1]))
+            assert apart == pytest.approx(16.0 if shapes and np.ptp(scenarios.offset[row, group]) == 0.0 else apart)
+    assert shapes == {True, False}
+
+
+def test_boats_of_a_circuit_begin_apart_and_on_the_lap_nearest_to_their_slots() -> None:
+    scenarios = drawn("circuit", point=2)
+    lap = scenarios.paths[0].length
+    along = np.sort(scenarios.s % lap, axis=1)
+    assert np.diff(along, axis=1).min() >= 10.0 - 1e-9
+    assert (along[:, 0] + lap - along[:, -1]).min() >= 10.0 - 1e-9
+    off = (scenarios.s - scenarios.offset) - (scenarios.s - scenarios.offset)[:, -1:]
+    assert np.abs(off).max() <= 0.5 * lap
+    assert (scenarios.u == 0.0).all()
+    assert len({tuple(np.argsort(row)) for row in (scenarios.s % lap).tolist()}) > 30  # in any order
+
+
 # around them and among them
 
 
@@ -161,6 +232,16 @@ def test_radio_hull_and_sensors_reach_the_scenarios() -> None:
     assert (scenarios.hulls, scenarios.gnss_sigma_m, scenarios.gnss_white_m) == (("otter",), 1.5, 0.1)
     assert scenarios.limits.speed_max_mps == 1.6
     assert len(set(scenarios.loss.tolist())) == 40
+
+
+def test_each_boat_has_one_of_the_hulls_and_nothing_else_changes() -> None:
+    mixed, plain = drawn("fleet", point=6), drawn("fleet", "hulls=[]", point=6)
+    assert (mixed.hulls, plain.hulls) == (("unicycle", "otter"), ("unicycle",))
+    assert 0.4 < mixed.hull.mean() < 0.6
+    assert set(mixed.hull.ravel()) == {0.0, 1.0}
+    assert np.array_equal(mixed.x, plain.x)
+    assert np.array_equal(mixed.current_n, plain.current_n)
+    assert mixed.gnss_velocity_mps == 0.05
 
 
 def test_boats_in_trouble_are_those_named_and_the_others_draw_the_same() -> None:

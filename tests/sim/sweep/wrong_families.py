@@ -62,8 +62,8 @@ WRONG: tuple[tuple[str, str, str], ...] = (  # what stands there, what is writte
     ("seed = 7", 'seed = "seven"', 'seed = "seven" (line 4): expected a whole number from 0 to 1000000000'),
     ("loss = 0.1", "loss = -0.1", "radio.loss = -0.1 (line 13): expected a number from 0 to 1"),
     ("loss = 0.1", "loss = nan", "radio.loss = nan (line 13): expected a number from 0 to 1"),
-    ('kind = "meeting"', 'kind = "meting"', 'layout.kind = "meting" (line 7): expected one of meeting, circle, column, merging; did you mean "meeting"?'),
-    ('kind = "meeting"', "", "layout.kind (line 6): missing, expected one of meeting, circle, column, merging"),
+    ('kind = "meeting"', 'kind = "meting"', 'layout.kind = "meting" (line 7): expected one of meeting, circle, column, merging, anywhere, formations, circuit; did you mean "meeting"?'),
+    ('kind = "meeting"', "", "layout.kind (line 6): missing, expected one of meeting, circle, column, merging, anywhere, formations, circuit"),
     ("apart_m = 20.0", "apart_m = true", "layout.apart_m = true (line 10): expected a number of at least 0"),
     # distributions
     ("even = [0.7, 1.5]", "even = [1.5, 0.7]", "layout.cruise_mps (line 8): even: low 1.5 above high 0.7"),
@@ -83,6 +83,9 @@ WRONG: tuple[tuple[str, str, str], ...] = (  # what stands there, what is writte
     ("apart_m = 20.0", "apart_m = 0.0\nmeet_s = 3.0", "layout (line 6): boats can begin 0.6 m apart; at least the safety radius, 6 m"),
     ("[radio]", '[[timeline]]\nat_s = 9.0\ndo = "hold"\n\n[radio]', "timeline[0] (line 12): only a formation takes commands; expected none"),
     ("seed = 7", 'seed = 7\nhull = "oter"', 'hull = "oter" (line 5): no such hull; did you mean "otter"?'),
+    ("seed = 7", 'seed = 7\nhulls = ["unicycle", "oter"]', 'hulls[1] = "oter" (line 5): no such hull; did you mean "otter"?'),
+    ("seed = 7", 'seed = 7\nhulls = ["otter", "otter"]', 'hulls[1] = "otter" (line 5): a hull before it is the same'),
+    ('kind = "meeting"', 'kind = "anywhere"\nturn_deg = 120.0\nmeet_s = 4.0\nafter_s = 1.0', "layout.turn_deg = 120 (line 8): paths can bend with 1.7 m; boats need 4.3 m"),
     ("[radio]", "[formation]\nspacing_m = 15.0\ncruise_mps = 1.0\n\n[radio]", "formation (line 12): boats of a meeting sail each for itself; expected column or merging"),
     ("[radio]", "[keeping_clear]\nradius_m = 2.0\n\n[radio]", "keeping_clear.radius_m = 2 (line 13): hulls of 2.4 m touch within it; expected more"),
     ("[radio]", "[trouble]\nnot_avoiding = [3]\n\n[radio]", "trouble.not_avoiding[0] = 3 (line 13): no such boat; they are numbered 1 to 2"),
@@ -128,6 +131,9 @@ WRONG_COLUMN: tuple[tuple[str, str, str], ...] = (
     ('kind = "column"\nalong_m = { even = [-2.0, 2.0] }', 'kind = "circle"\nradius_m = 4.0', "formation (line 10): boats of a circle sail each for itself; expected column or merging"),
     ('kind = "column"\nalong_m = { even = [-2.0, 2.0] }', 'kind = "merging"\npaths = 4', "layout.paths = 4 (line 8): more than boats = 3"),
     ('kind = "column"\nalong_m = { even = [-2.0, 2.0] }', 'kind = "merging"\ncorner_radius_m = 2.0', "layout.corner_radius_m = 2 (line 8): boats need 4.3 m (1.5 m/s at 0.35 rad/s)"),
+    ('kind = "column"', 'kind = "formations"', "timeline[0] (line 14): two formations take no commands; expected none"),
+    ('kind = "column"\nalong_m = { even = [-2.0, 2.0] }', 'kind = "circuit"\ncorner_radius_m = 16.0', "layout.corner_radius_m = 16 (line 8): expected 4.3 m, as boats turn, to 15 m, half of the shorter side"),
+    ('kind = "column"\nalong_m = { even = [-2.0, 2.0] }', 'kind = "circuit"\napart_m = 40.0', "layout.apart_m = 40 (line 8): 3 boats on a lap of 119.4 m; expected less"),
     ('kind = "column"\nalong_m = { even = [-2.0, 2.0] }', 'kind = "merging"\nmeet_s = 3.0', "layout.meet_s = 3 (line 8): boats begin in the bend; expected more"),
 )  # fmt: skip
 
