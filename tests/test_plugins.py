@@ -1,4 +1,4 @@
-"""A small package, installed into a folder, adds a hull, a way of keeping clear and a driver, each by its entry point."""
+"""A small package in a folder adds a hull, a way of keeping clear and a driver, each by its entry point."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def test_a_driver_of_another_package_is_made_from_its_options(tmp_path: Path) ->
 def test_options_that_a_driver_does_not_take_are_refused(tmp_path: Path) -> None:
     file = tmp_path / "boat.toml"
     file.write_text('boat = "b1"\n[driver]\nkind = "counting"\noptions = { step = "far" }\n' + HUB)
-    with pytest.raises(ConfigError, match="driver.kind 'counting': ValueError: invalid literal"):
+    with pytest.raises(ConfigError, match=r"driver.kind 'counting': ValueError: invalid literal"):
         hardware(load_config(file, {}, {}), lambda: 0)
 
 
@@ -152,7 +152,7 @@ def test_a_name_that_is_built_in_cannot_be_taken() -> None:
 
 @pytest.mark.usefixtures("installed")
 def test_asked_for_by_name_a_broken_one_raises_what_a_person_can_read() -> None:
-    with pytest.raises(UsageError, match="fleet.hulls: broken: rafts_broken:raft of rafts cannot be loaded"):
+    with pytest.raises(UsageError, match=r"fleet.hulls: broken: rafts_broken:raft of rafts cannot be loaded"):
         _ = HULLS["broken"]
 
 

@@ -149,6 +149,8 @@ def load_config(
         raise ConfigError("boat: no name given; expected --boat NAME, FLEET_BOAT or `boat = ` in the configuration")
     valid_name("boat", config.boat)
     valid_name("fleet", config.fleet)
+    if config.driver.kind == "mavlink":
+        config.driver.mavlink.check()
     link = config.link
     if link.topology == "hub" and not link.connect:
         config = msgspec.structs.replace(config, link=msgspec.structs.replace(link, connect=("tcp/127.0.0.1:7447",)))

@@ -17,6 +17,7 @@ from fleet.agent.abroad import ALONE, FOLLOWS, LEADS, Abroad, Fellow, Watch, act
 from fleet.agent.modes import Goal
 from fleet.agent.traffic import Traffic
 from fleet.agent.traffic_words import action, meeting, sentence
+from fleet.avoidance.foreign.decision import prepare
 from fleet.avoidance.foreign.types import FOLLOW_PATH, Action, Edge, Order
 from fleet.paths import Lane
 from fleet.wire.messages import ForeignOrder
@@ -46,6 +47,7 @@ class Lookout:
         self._heard: tuple[tuple[str, int, int], Order] | None = None  # (boat, epoch, serial), and what it said
         self._met: dict[float, float] = {}  # kinds of the encounters that were told
         self._sailed = IDLE  # the action that was told
+        self._prepared = False  # what a decision needs has been imported, or is just now
 
     @property
     def watched(self) -> Watch | None:
@@ -67,6 +69,8 @@ class Lookout:
     def hear(self, now_ns: int) -> None:
         """What the driver reports of others."""
         agent = self._agent
+        if agent.reading.sightings and not self._prepared:
+            self._prepared = agent.background.submit(prepare, lambda: None)
         if agent.reading.sightings and agent.plane is not None:
             mates = ((peer.x, peer.y) for peer in agent.peers)
             self.traffic.hear(agent.reading.sightings, agent.plane.to_local, mates, now_ns)

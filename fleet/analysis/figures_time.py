@@ -124,7 +124,10 @@ def speeds(axis: Any, series: Series, _: float) -> None:
         line(axis, track.t, track.speed, **look(series, name), label=name)
     for name, one in sorted(series.said.items()):
         line(axis, one.t, one.u_d, color=look(series, name)["color"], linewidth=0.7, alpha=0.65)
-    axis.set_ylim(bottom=0.0)
+    top = max(
+        (float(np.nanmax(one.speed)) for one in series.tracks.values() if np.isfinite(one.speed).any()), default=0.0
+    )
+    axis.set_ylim(0.0, 1.08 * top or 1.0)
     legend(axis)
 
 
@@ -181,13 +184,20 @@ _DRAWN = {"separations": separations, "vessels": vessels, "speeds": speeds, "alo
 
 
 def happenings(series: Series) -> list[tuple[float, str, str]]:
-    """Formation changes and troubles: when [s], what in few words, colour; the same on several boats once."""
+    """Formation changes and troubles: when [s], what in few words, colour; the same on several boats once.
+
+    A formation is told in full by its event; what it has in common with the one before is left out.
+    """
     found: dict[tuple[float, str], tuple[str, list[str]]] = {}
+    before: dict[str, list[str]] = {}
     for event in sorted(series.events, key=lambda one: one.stamp_ns):
-        if event.kind in MARKED:
-            words = event.text.split(", revision")[0]
-            key = (round(series.seconds(event.stamp_ns), 1), words)
-            found.setdefault(key, (MARKED[event.kind], []))[1].append(event.boat)
+        if event.kind not in MARKED:
+            continue
+        parts = event.text.split(", revision")[0].split(", ")
+        if event.kind == "formation":
+            parts, before[event.boat] = [one for one in parts if one not in before.get(event.boat, [])] or parts, parts
+        key = (round(series.seconds(event.stamp_ns), 1), ", ".join(parts))
+        found.setdefault(key, (MARKED[event.kind], []))[1].append(event.boat)
     marks = []
     for (at, words), (colour, boats) in found.items():
         who = "" if len(boats) > 1 or not boats[0] else f"{boats[0]}: "

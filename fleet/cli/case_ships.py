@@ -68,7 +68,9 @@ def _print(told: dict[str, Any], written: list[tuple[str, Path]]) -> None:
         indent="  ",
     ):  # fmt: skip
         say.out(line)
-    say.out(f"least distance to a domain's core {told['domain']:.2f} of the clearance, hulls {told['hulls_m']:.1f} m apart")
+    say.out(
+        f"least distance to a domain's core {told['domain']:.2f} of the clearance, hulls {told['hulls_m']:.1f} m apart"
+    )
     say.out(f"delay {told['delay_median_s']:.1f} s")
     say.out()
     rows = [("at s", "boat", "what", "vessel", "range m", "why")]

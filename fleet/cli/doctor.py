@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -23,6 +24,9 @@ Endpoint = Annotated[
     typer.Argument(metavar="ENDPOINT", help="udp:HOST:PORT, udpin:HOST:PORT, tcp:HOST:PORT or serial:DEVICE:BAUD."),
 ]
 Sysid = Annotated[int, typer.Option(metavar="N", help="Of the autopilot, 1 to 255.")]
+SigningKey = Annotated[
+    str, typer.Option(metavar="FILE", help="With a passphrase, where the autopilot wants signatures.")
+]
 OwnSysid = Annotated[int, typer.Option(metavar="N", help="Of the agent that will talk to it, 1 to 255.")]
 
 
@@ -43,6 +47,7 @@ def mavlink(
     endpoint: Endpoint,
     sysid: Sysid = 1,
     own_sysid: OwnSysid = 254,
+    signing_key: SigningKey = "",
     speed: Annotated[float, typer.Option(metavar="MPS", help="Fastest speed of the boat in a mission.")] = 1.5,
     timeout: Annotated[float, typer.Option(metavar="SECONDS", help="How long to wait for parameters.")] = 8.0,
     json: Json = False,
@@ -54,7 +59,7 @@ def mavlink(
     patience_s = seconds(timeout, "--timeout", least=0.0)
     if not 0.0 < speed <= 30.0:
         raise UsageError(f"--speed {speed:g}: expected more than 0 and at most 30 m/s")
-    chosen = config(endpoint, sysid, own_sysid)
+    chosen = config(endpoint, sysid, own_sysid, signing_key=signing_key)
     from fleet.drivers.mavlink.ashore import Ashore
     from fleet.drivers.mavlink.checklist import judge, rules
 
@@ -84,19 +89,19 @@ def _state(link: Ashore) -> dict[str, Any]:
     from fleet.drivers.mavlink import words
     from fleet.drivers.mavlink.driver import STREAMS
 
-    vehicle, now_ns = link.driver.vehicle, link.driver._now_ns
+    vehicle = link.driver.vehicle
     link.wait(lambda: False, 1.0)
-    before, began = vehicle.received.copy(), now_ns()
+    before, began = vehicle.received.copy(), time.monotonic()
     link.wait(lambda: False, MEASURE_S)
-    passed_s = (now_ns() - began) * 1e-9
+    passed_s = time.monotonic() - began
     known = words.dialect().mavlink_map
     return {
         "ardupilot": vehicle.autopilot == words.ARDUPILOT,
         "boat": vehicle.kind == words.SURFACE_BOAT,
         "mode": words.mode_name(vehicle.mode),
         "armed": vehicle.armed,
-        "navigation": vehicle.lost(now_ns()) or "good",
-        "arming": "ready" if vehicle.ready else vehicle.why_not_ready(now_ns()),
+        "navigation": vehicle.lost(time.time_ns()) or "good",
+        "arming": "ready" if vehicle.ready else vehicle.why_not_ready(time.time_ns()),
         "rates_hz": {
             known[message].msgname: {
                 "wanted": hz,

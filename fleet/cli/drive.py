@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fleet.cli import say
-from fleet.cli.doctor import FIND_S, Endpoint, OwnSysid, Sysid, config
+from fleet.cli.doctor import FIND_S, Endpoint, OwnSysid, SigningKey, Sysid, config
 from fleet.errors import FleetError, UsageError
 
 if TYPE_CHECKING:
@@ -41,6 +41,7 @@ def drive(
     arm: Annotated[bool, typer.Option("--arm", help="Arm the boat, and disarm it at the end.")] = False,
     sysid: Sysid = 1,
     own_sysid: OwnSysid = 254,
+    signing_key: SigningKey = "",
 ) -> None:
     """Drive one boat at the quay and check the signs; it moves only while you hold a key down.
 
@@ -52,7 +53,7 @@ def drive(
         raise UsageError(f"--for {for_:g}: expected more than 0 and at most {LONGEST_S:g} s")
     if surge == 0.0 and yaw_rate == 0.0:
         raise UsageError("nothing to do: expected --surge, --yaw-rate or both")
-    chosen = config(endpoint, sysid, own_sysid, arm="operator" if arm else "never")
+    chosen = config(endpoint, sysid, own_sysid, arm="operator" if arm else "never", signing_key=signing_key)
     if not sys.stdin.isatty():
         raise UsageError("the dead-man is a key that is held down, and there is no terminal to hold it on")
     from fleet.drivers.mavlink.ashore import Ashore

@@ -36,7 +36,7 @@ def agent(
     topology: Annotated[str | None, _text("hub, routed or mesh.")] = None,
     connect: Annotated[list[str] | None, _text("Where others are reached, several with commas.", "ENDPOINT")] = None,
     listen: Annotated[list[str] | None, _text("Where this boat listens.", "ENDPOINT")] = None,
-    driver: Annotated[str | None, _text("Which hardware: simulated.")] = None,
+    driver: Annotated[str | None, _text("Which hardware: simulated, can, mavlink.")] = None,
     world: Annotated[str | None, _text("Where the simulated world listens.", "HOST:PORT")] = None,
     mission: Annotated[str | None, _text("A mission to sail without an operator.", "FILE")] = None,
     state_dir: Annotated[str | None, _text("Where stops, mission and progress are kept.", "DIR")] = None,

@@ -34,7 +34,7 @@ THRUSTERS = Thrusters()
 M11, M22, M33 = 60.0, 75.0, 12.0  # with added mass [kg, kg, kg m2]
 X_U, Y_V, N_R = -15.0, -90.0, -20.0  # [kg/s, kg/s, kg m2/s]
 X_UU, Y_VV, N_RR = -36.0, -150.0, -10.0  # [kg/m, kg/m, kg m2]
-_K_U, _I_U = 2.0, 1.0  # surge loop: lag K/I = 2 s [1/s, 1/s2]
+_K_U, _I_U = 3.0, 1.5  # surge loop: lag K/I = 2 s [1/s, 1/s2]
 _K_R, _I_R = 4.0, 9.0  # yaw loop: lag with the hull's own damping 0.6 s [1/s, 1/s2]
 
 

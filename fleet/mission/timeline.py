@@ -78,6 +78,7 @@ ACTIONS: dict[str, Action] = {
     "actuator-up": Action("simulator", "it obeys again", undoes="actuator-down"),
     "pilot-takes": Action("simulator", "a pilot takes the boat by remote control; needs `--driver`"),
     "pilot-gives": Action("simulator", "the pilot gives it back", undoes="pilot-takes"),
+    "autopilot-restarts": Action("simulator", "the boat's autopilot starts anew; needs `--driver mavlink`"),
     "bus-off": Action("simulator", "the boat's CAN bus fails; needs `--driver can`"),
     "bus-on": Action("simulator", "the CAN bus works again", undoes="bus-off"),
     "battery": Action("simulator", "the battery falls to a level", value="percent"),

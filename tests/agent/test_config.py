@@ -127,6 +127,30 @@ WRONG: list[tuple[str, dict[str, str], dict[str, Any], str]] = [
         {},
         'boat.toml: driver.can.loops.mass_kg = "heavy": expected a number above 0',
     ),
+    (
+        'boat = "b1"\n[link]\ntopology = "hub"\n[driver]\nkind = "mavlink"\n',
+        {},
+        {},
+        "driver.mavlink.endpoint: missing; expected where the autopilot is, such as udp:127.0.0.1:14550",
+    ),
+    (
+        'boat = "b1"\n[link]\ntopology = "hub"\n[driver]\nkind = "mavlink"\n',
+        {"FLEET_MAVLINK_ENDPOINT": "com3"},
+        {},
+        "driver.mavlink.endpoint 'com3': expected udp:HOST:PORT, udpin:HOST:PORT, tcp:HOST:PORT or serial:DEVICE:BAUD, such as udp:127.0.0.1:14550",
+    ),
+    (
+        'boat = "b1"\n[driver.mavlink]\narm = "always"\n',
+        {},
+        {},
+        'boat.toml: driver.mavlink.arm = "always": expected one of never, operator',
+    ),
+    (
+        'boat = "b1"\n[driver.mavlink]\nsysid = 0\n',
+        {},
+        {},
+        "boat.toml: driver.mavlink.sysid = 0: expected a whole number from 1 to 255",
+    ),
     ('boat = "b1"\nslots = 0\n', {}, {}, "boat.toml: slots = 0: expected a whole number from 1 to 64"),
 ]
 

@@ -18,6 +18,7 @@ from fleet.analysis.figures_time import happenings, panels
 from fleet.analysis.metrics import mission_tree
 from fleet.analysis.series import Series, Track, load
 from fleet.recording.runs import Run
+from fleet.recording.topics import Event
 
 pytest.importorskip("matplotlib")
 
@@ -62,6 +63,13 @@ def test_the_boats_are_drawn_at_round_times(series: Series) -> None:
 def test_a_formation_change_on_both_boats_is_one_mark(series: Series) -> None:
     marks = happenings(series)
     assert [(at, words) for at, words, _ in marks] == [(20.0, "spacing 20 -> -20 m")]
+
+
+def test_of_a_formation_only_what_changed_is_written() -> None:
+    words = ["spacing 10 m, cruise 1 m/s, revision 1:a", "spacing 10 m, cruise 2 m/s, revision 2:a"]
+    events = [Event(stamp_ns=k, boat="b1", kind="formation", text=text) for k, text in enumerate(words)]
+    found = happenings(Series(folder=Path("run"), start_ns=0, events=events))
+    assert [text for _, text, _ in found] == ["b1: spacing 10 m, cruise 1 m/s", "b1: cruise 2 m/s"]
 
 
 def test_the_nearest_pair_is_marked_where_it_was(series: Series) -> None:

@@ -22,6 +22,13 @@ from fleet.recording.runs import Run
 from fleet.recording.topics import State, declare_boat, declare_fleet, encode, state_topic
 from fleet.recording.writer import Recorder
 
+
+@pytest.fixture(scope="module")
+def text(run: Run) -> str:
+    """The page of the run."""
+    return write_report(run.folder).read_text(encoding="utf-8")
+
+
 VOID = {"meta", "br", "img", "link", "hr", "input"}
 
 
@@ -51,8 +58,7 @@ class Page(HTMLParser):
         assert self.open.pop() == tag
 
 
-def test_the_report_is_one_page_without_scripts_that_loads_nothing(run: Run) -> None:
-    text = write_report(run.folder).read_text(encoding="utf-8")
+def test_the_report_is_one_page_without_scripts_that_loads_nothing(text: str) -> None:
     page = Page()
     page.feed(text)
     assert page.open == []
@@ -62,8 +68,7 @@ def test_the_report_is_one_page_without_scripts_that_loads_nothing(run: Run) -> 
     assert not re.search(r"url\((?!#)|@import", text)
 
 
-def test_the_report_says_checks_events_with_reasons_and_approaches(run: Run) -> None:
-    text = write_report(run.folder).read_text(encoding="utf-8")
+def test_the_report_says_checks_events_with_reasons_and_approaches(text: str) -> None:
     assert "Overtaking on a straight path &lt;&amp;&gt;" in text
     for expected in ("passed", "min_separation_m", "blue - red", "5.95 m", "keeps clear of the other", "ahead"):
         assert expected in text
@@ -97,8 +102,7 @@ def cells(text: str, heading: str) -> list[list[str]]:
     return [[re.sub(r"<[^>]+>", "", one) for one in re.findall(r"<td[^>]*>(.*?)</td>", row)] for row in rows]
 
 
-def test_every_boat_check_approach_and_decision_is_there_with_its_number(run: Run) -> None:
-    text = write_report(run.folder).read_text(encoding="utf-8")
+def test_every_boat_check_approach_and_decision_is_there_with_its_number(run: Run, text: str) -> None:
     series, summary = load(run.folder), summarise(run.folder)
     assert [row[0] for row in cells(text, "Boats")] == ["blue", "red"]
     assert {row[0]: (row[1], row[3]) for row in cells(text, "Checks")} == {
@@ -115,16 +119,14 @@ def test_every_boat_check_approach_and_decision_is_there_with_its_number(run: Ru
     assert len(cells(text, "Events and commands")) == len(series.events) == 4
 
 
-def test_the_top_says_verdict_worst_numbers_and_when(run: Run) -> None:
-    text = write_report(run.folder).read_text(encoding="utf-8")
-    top = text.split("<figure>")[0]
+def test_the_top_says_verdict_worst_numbers_and_when(run: Run, text: str) -> None:
+    top = text.split("<figure>", maxsplit=1)[0]
     nearest = approaches(load(run.folder).tracks)[0]
     for expected in ("2 of 2", "all hold", f"blue - red at {nearest.at_s:.1f} s", "largest cross-track error", "4 m"):
         assert expected in top
 
 
-def test_no_name_stands_twice_in_a_page_and_every_reference_has_its_target(run: Run) -> None:
-    text = write_report(run.folder).read_text(encoding="utf-8")
+def test_no_name_stands_twice_in_a_page_and_every_reference_has_its_target(text: str) -> None:
     found = Page()
     found.feed(text)
     assert len(found.heads) == len(set(found.heads))
@@ -132,12 +134,11 @@ def test_no_name_stands_twice_in_a_page_and_every_reference_has_its_target(run: 
     assert set(re.findall(r"url\(#([^)]+)\)", text)) <= set(found.heads)
 
 
-def test_a_page_is_small(run: Run) -> None:
-    assert write_report(run.folder).stat().st_size < 400_000
+def test_a_page_is_small(text: str) -> None:
+    assert len(text) < 400_000
 
 
-def test_pictures_have_words_for_those_who_cannot_see_them(run: Run) -> None:
-    text = write_report(run.folder).read_text(encoding="utf-8")
+def test_pictures_have_words_for_those_who_cannot_see_them(text: str) -> None:
     said = re.findall(r'<svg role="img" aria-label="([^"]+)"', text)
     assert len(said) == 2
     assert said[0].startswith("Map of the tracks of blue, red. Closest approach: blue and red, 5.95 m at ")

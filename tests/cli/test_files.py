@@ -68,10 +68,10 @@ def test_runs_are_listed_shown_and_reported(runs: Path, capfd: Capture) -> None:
     text = capfd.readouterr().out
     for name in ("min_separation_m", "reformed_s", "collisions", "wall_s"):
         assert name in text
-    assert main(["run", "report", *where]) == 0
+    assert main(["run", "report", "--paper", *where]) == 0
     capfd.readouterr()
     folder = runs / "20261122T120000Z-overtaking"
-    assert {"summary.json", "picture.png", "report.html"} <= {path.name for path in folder.iterdir()}
+    assert {"summary.json", "picture.png", "paper.png", "report.html"} <= {path.name for path in folder.iterdir()}
     assert main(["run", "list", *where, "--json"]) == 0
     rows = json_of(capfd)
     assert [(row["run"], row["passed"]) for row in rows] == [(folder.name, summary["passed"])]

@@ -51,8 +51,8 @@ def separation(trace: Trace, scenarios: Scenarios, boat: int, begin: int) -> flo
     chi, sense, speed = (a.ravel() for a in np.meshgrid(courses, [-1.0, 1.0], np.array(SPEEDS) * limits.speed_max_mps))
     one = np.ones_like(chi)
     r = ops.wrap(float(trace.psi[begin, boat] - trace.psi[max(begin - 1, 0), boat])) / TICK_S
-    start = (trace.x, trace.y, trace.psi, trace.u)
-    hull = HullState(*(one * field[begin, boat] for field in start), 0.0 * one, r * one, 0.0 * one, 0.0 * one)
+    x, y, psi, u = (one * field[begin, boat] for field in (trace.x, trace.y, trace.psi, trace.u))
+    hull = HullState(x, y, psi, u, 0.0 * one, r * one, 0.0 * one, 0.0 * one)
     water = Water(*(one * getattr(scenarios, name)[0] for name in ("current_n", "current_e", "wind_n", "wind_e")))
     model = HULLS[scenarios.hulls[int(scenarios.hull[0, boat])]]
     least: FloatArray = np.full_like(chi, np.inf)

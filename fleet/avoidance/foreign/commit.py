@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from msgspec import Struct, structs
 
-from fleet.avoidance.foreign.decision import choose, speed
+from fleet.avoidance.foreign.decision import MOST_AT_ONCE, Scene, begin, chosen, go_on, speed
 from fleet.avoidance.foreign.encounter import due, earliest, reason, role, watched
 from fleet.avoidance.foreign.params import ForeignParams
 from fleet.avoidance.foreign.rollout import (
@@ -163,9 +163,25 @@ def act(
     params: ForeignParams,
     now: float,
 ) -> Memory:
-    """Decide; the same alteration as before only starts the waiting anew."""
-    held = memory.ordered
-    found = choose(boats, picture.own, picture.domains, memory.encounters, mates, picture.edges, held, params)
+    """Begin to decide; a leader of many boats, whose look took long enough, goes on in the next tick."""
+    scene = Scene(
+        tuple(boats), picture.own, picture.domains, memory.encounters, tuple(mates), picture.edges, memory.ordered
+    )
+    memory = structs.replace(memory, search=begin(scene, target, cause, params))
+    return memory if len(boats) > MOST_AT_ONCE else search_on(memory, params, now)
+
+
+def search_on(memory: Memory, params: ForeignParams, now: float) -> Memory:
+    """Go on deciding; the same alteration as before only starts the waiting anew."""
+    search = memory.search
+    if search is None:
+        return memory
+    search = go_on(search, params)
+    found = chosen(search)
+    if found is None:
+        return structs.replace(memory, search=search)
+    memory, held = structs.replace(memory, search=None), memory.ordered
+    boats, target, cause = search.scene.boats, search.target, search.cause
     if held.acting > 0.5 and found.a == held.a and found.factor == held.factor:
         return structs.replace(memory, decided_s=now, bad_s=0.0, free_s=0.0, beside_s=0.0, target=target)
     return _ordered(boats, found, memory, target, cause, params, now)

@@ -1,16 +1,17 @@
 """Which alteration: the candidates rolled out with the lags of the hull, the one of least price taken.
 
-numpy works here on arrays, some candidates at a time, until no other can be cheaper. Decisions are rare, and always
-made on arrays; the same numbers give the same choice everywhere: only + - * / sqrt, comparisons, selection, and least
-and largest values are used.
+numpy works here on arrays, some candidates at a time, until no other can be cheaper. A large decision goes on over a
+few ticks, about the moment at which it was begun. Decisions are always made on arrays; the same numbers give the same
+choice everywhere: only + - * / sqrt, comparisons, selection, and least and largest values are used.
 """
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Sequence
 from functools import lru_cache
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from fleet import ops
 from fleet.avoidance.foreign.banks import ashore
@@ -19,10 +20,13 @@ from fleet.avoidance.foreign.encounter import BY_STARBOARD, Bearing
 from fleet.avoidance.foreign.nearness import free_after, nearness, stacked
 from fleet.avoidance.foreign.params import ForeignParams
 from fleet.avoidance.foreign.rollout import Motion, Way, holding, left_to_turn, motion
-from fleet.avoidance.foreign.types import NEVER_S, Action, Boat, Edge, Encounter, Kind, Mate
+from fleet.avoidance.foreign.types import Action, Boat, Edge, Encounter, Kind, Mate, Reason
 from fleet.ops import FloatArray
 
-AT_ONCE, LEAST_AT_ONCE = 64, 16  # candidates that are worked out together, by all boats; the cheapest ones first
+AT_ONCE, LEAST_AT_ONCE = 64, 16  # ways that are worked out together
+WORK = 400  # ways times guesses of the vessels in one tick
+BANK_WEIGHT = 5  # a way beside banks costs so many others
+MOST_AT_ONCE = 2  # more boats than that: the outermost first
 FASTER = 1.05  # an emergency speed that is not this much faster is none
 _DEG = ops.PI / 180.0
 _LARGEST_TURN = 200.0
@@ -65,46 +69,6 @@ def candidates(fastest: float, params: ForeignParams) -> tuple[Candidate, ...]:
     return tuple(table)
 
 
-def choose(
-    boats: Sequence[Boat],
-    own: Bearing,
-    domains: Sequence[Domain],
-    encounters: Sequence[Encounter],
-    mates: Sequence[Mate],
-    edges: Sequence[Edge],
-    held: Action,
-    params: ForeignParams,
-) -> Action:
-    """The alteration of least price; `at` is left 0.
-
-    Args:
-        boats: those that sail it, the one that decides first
-        own: plan of the one that decides
-        domains: of every usable vessel
-        encounters: those that are open
-        mates: boats that decide for themselves
-        edges: of banks and no-go polygons within reach
-        held: what is sailed now
-    """
-    trials = _trials(boats[0], own, domains, encounters, held, params)
-
-    def prices(some: Sequence[Trial], who: Sequence[Boat]) -> list[float]:
-        more = _consequences(who, own, some, domains, encounters, mates, edges, params)
-        return [each.price + extra for each, extra in zip(some, more, strict=True)]
-
-    # what the first boat pays, all of them pay at least
-    bounds = prices(trials, boats[:1]) if len(boats) > 1 else [each.price for each in trials]
-    order = sorted(range(len(trials)), key=lambda i: (bounds[i], i))
-    found = [(NEVER_S, 0)]
-    size = max(AT_ONCE // len(boats), LEAST_AT_ONCE)
-    for first in range(0, len(order), size):
-        some = order[first : first + size]
-        if bounds[some[0]] > min(found)[0]:
-            break
-        found += zip(prices([trials[i] for i in some], boats), some, strict=True)
-    return trials[min(found)[1]].action
-
-
 class Trial(Struct, frozen=True, gc=False):
     """A candidate here and now."""
 
@@ -113,16 +77,92 @@ class Trial(Struct, frozen=True, gc=False):
     detour: float
 
 
-def _trials(
-    lead: Boat,
-    own: Bearing,
-    domains: Sequence[Domain],
-    encounters: Sequence[Encounter],
-    held: Action,
-    params: ForeignParams,
-) -> list[Trial]:
+class Scene(Struct, frozen=True, gc=False):
+    """Everything that a decision hangs on."""
+
+    boats: tuple[Boat, ...]  # those that sail it, the one that decides first
+    own: Bearing  # plan of the one that decides
+    domains: tuple[Domain, ...]  # of every usable vessel
+    encounters: tuple[Encounter, ...]  # those that are open
+    mates: tuple[Mate, ...]  # boats that decide for themselves
+    edges: tuple[Edge, ...]  # of banks and no-go polygons within reach
+    held: Action  # what is sailed now
+
+
+class Search(Struct, frozen=True, gc=False):
+    """A decision under way: what each candidate costs at least."""
+
+    scene: Scene
+    trials: tuple[Trial, ...]
+    known: tuple[tuple[float, int, int], ...]  # (price so far, candidate, what of it is known), the cheapest first
+    target: float  # number of the vessel that it is for
+    cause: Reason
+
+
+def prepare() -> None:
+    """Import what decisions need, so that the first one need not wait for it; at any time before."""
+    importlib.import_module("numpy")
+
+
+def begin(scene: Scene, target: float, cause: Reason, params: ForeignParams) -> Search:
+    """Of every candidate its own price is known."""
+    trials = tuple(_trials(scene, params))
+    known = tuple(sorted((each.price, i, 0) for i, each in enumerate(trials)))
+    return Search(scene, trials, known, target, cause)
+
+
+def go_on(search: Search, params: ForeignParams) -> Search:
+    """So much more of the decision as one tick has time for, counted in ways and vessels, not in seconds."""
+    scene, known = search.scene, search.known
+    crews = _crews(scene.boats)
+    guesses = max(sum(len(d.guesses) for d in scene.domains), 1)
+    weight = guesses * (BANK_WEIGHT if scene.edges else 1)
+    left = WORK
+    while known[0][2] < len(crews) and left > 0:
+        level = known[0][2]
+        crew = crews[level]
+        ways = min(max(WORK // weight, LEAST_AT_ONCE), AT_ONCE)
+        some = [one for one in known if one[2] == level][: max(ways // len(crew), 1)]
+        found = _consequences(crew, scene, [search.trials[i] for _, i, _ in some], params)
+        more = [(search.trials[i].price + extra, i, level + 1) for extra, (_, i, _) in zip(found, some, strict=True)]
+        known = tuple(sorted([*(one for one in known if one not in some), *more]))
+        left -= max(len(some) * len(crew) * weight, WORK // 2)  # little work takes its time, too
+    return structs.replace(search, known=known)
+
+
+def chosen(search: Search) -> Action | None:
+    """The alteration of least price, `at` is left 0; None while another one could still be cheaper."""
+    _, i, level = search.known[0]
+    return search.trials[i].action if level == len(_crews(search.scene.boats)) else None
+
+
+def choose(scene: Scene, params: ForeignParams) -> Action:
+    """The alteration of least price, at once."""
+    search, found = begin(scene, -1.0, Reason.NONE, params), None
+    while found is None:
+        search = go_on(search, params)
+        found = chosen(search)
+    return found
+
+
+def _crews(boats: tuple[Boat, ...]) -> tuple[tuple[Boat, ...], ...]:
+    """Whose ways are worked out first and next: what the outermost boats pay, all of them pay at least."""
+    return (outermost(boats), boats) if len(boats) > MOST_AT_ONCE else (boats,)
+
+
+def outermost(boats: Sequence[Boat]) -> tuple[Boat, ...]:
+    """The first boat and those farthest north, south, east and west."""
+    places = {0}
+    for name in ("x", "y"):
+        values = [getattr(boat, name) for boat in boats]
+        places |= {values.index(min(values)), values.index(max(values))}
+    return tuple(boats[i] for i in sorted(places))
+
+
+def _trials(scene: Scene, params: ForeignParams) -> list[Trial]:
     """The candidates that are open; the path's course at full speed only for who has left it."""
-    port_is_closed = _port_is_closed(own, domains, encounters)
+    lead, own, held = scene.boats[0], scene.own, scene.held
+    port_is_closed = _port_is_closed(own, scene.domains, scene.encounters)
     trials = []
     for c in candidates(lead.limits.speed_max_mps / ops.maximum(lead.cruise, 1e-6), params):
         if held.acting > 0.5 or c.a != 0.0 or c.factor != 1.0:
@@ -133,24 +173,16 @@ def _trials(
     return trials
 
 
-def _consequences(
-    boats: Sequence[Boat],
-    own: Bearing,
-    trials: Sequence[Trial],
-    domains: Sequence[Domain],
-    encounters: Sequence[Encounter],
-    mates: Sequence[Mate],
-    edges: Sequence[Edge],
-    params: ForeignParams,
-) -> list[float]:
+def _consequences(boats: Sequence[Boat], scene: Scene, trials: Sequence[Trial], params: ForeignParams) -> list[float]:
     """What each candidate costs by where it leads: delay, vessels, mates, banks. All of it is >= 0."""
     import numpy as np
 
+    domains, encounters, edges = scene.domains, scene.encounters, scene.edges
     horizon = max((d.H for d in domains), default=params.fine_for_s)
     ways = stacked(_ways(boats, [each.action for each in trials], edges, horizon, params))
     met = [d for d in domains if any(e.number == d.number for e in encounters)]
-    price = np.array([each.detour for each in trials]) * (free_after(ways, own, met, params) / params.delay_s)
-    price = price + nearness(ways, boats[0], domains, encounters, mates, params)
+    price = np.array([each.detour for each in trials]) * (free_after(ways, scene.own, met, params) / params.delay_s)
+    price = price + nearness(ways, boats[0], domains, encounters, scene.mates, params)
     if edges:
         hit = ashore(ways.x[:-1], ways.y[:-1], ways.x[1:], ways.y[1:], edges, params.ashore_m)
         price = price + params.aground * hit.max(axis=0).max(axis=0)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from msgspec import structs
 
 from fleet.avoidance.foreign.advise import advise, begin_sailing
-from fleet.avoidance.foreign.commit import TICK_S, act, decide, latch
+from fleet.avoidance.foreign.commit import TICK_S, act, decide, latch, search_on
 from fleet.avoidance.foreign.params import ForeignParams
 from fleet.avoidance.foreign.types import (
     FOLLOW_PATH,
@@ -40,6 +40,7 @@ START = Memory(
     reason=0.0,
     waited_s=0.0,
     alone=0.0,
+    search=None,
 )
 """Memory of a boat that has met nobody."""
 
@@ -55,7 +56,8 @@ def keep_clear(
 ) -> tuple[Memory, Advice]:
     """Keep clear of foreign vessels: for one boat, or by a leader for its whole formation.
 
-    To be called every tick; it looks around every 0.5 s and works out a decision in the tick in which it is due.
+    To be called every tick. It looks around every 0.5 s and works out a decision in the tick in which it is due, a
+    large one (many boats, vessels or banks) in a few ticks from then on.
 
     Args:
         boats: the own boat first, then the mates that sail the same decision (leader of a formation), else it alone
@@ -68,14 +70,14 @@ def keep_clear(
     Returns:
         Memory for the next tick, and what to do.
     """
-    decided = 0.0
-    memory = begin_sailing(memory, now)
-    if now + TICK_S >= memory.due_s:
+    before, memory = memory.serial, begin_sailing(memory, now)
+    if memory.search is not None:
+        memory = search_on(memory, params, now)
+    elif now + TICK_S >= memory.due_s:
         picture, memory = look_around(boats, targets, edges, memory, params, now)
-        before = memory.serial
         memory = decide(boats, mates, picture, memory, params, now)
-        decided = 1.0 if memory.serial != before else 0.0
-        memory = begin_sailing(memory, now)
+    decided = 1.0 if memory.serial != before else 0.0
+    memory = begin_sailing(memory, now)
     return advise(boats[0], targets, edges, memory, params, decided)
 
 
@@ -121,7 +123,8 @@ def sail_order(
             near = min(picture.encounters, key=lambda e: e.entry)
             memory = latch(structs.replace(memory, alone=1.0), (near,))
             memory = act((boat,), mates, picture, memory, near.number, Reason.NO_ORDER, params, now)
-            memory, decided = begin_sailing(memory, now), 1.0
+            decided = 1.0 if memory.search is None else 0.0
+            memory = begin_sailing(memory, now)
     return advise(boat, targets, edges, memory, params, decided)
 
 

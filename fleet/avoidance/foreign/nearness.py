@@ -117,8 +117,9 @@ def free_after(ways: Ways, own: Bearing, domains: Sequence[Domain], params: Fore
     ex, ey, H = near.motion("ex"), near.motion("ey"), near.column("H")
     wx, wy = own.cruise * own.ex - near.motion("vx"), own.cruise * own.ey - near.motion("vy")
     dx, dy = (wx * ex + wy * ey) * H, (wy * ex - wx * ey) * H
-    least, _ = gap(x, y, x + dx, y + dy, near.column("astern"), near.column("ahead"))
-    free = (least >= params.acting_factor * near.column("C")).all(axis=(0, 2))  # (vertex, candidate)
+    C = params.acting_factor * near.column("C")
+    least, _ = _gaps(x, y, x + dx, y + dy, near.column("astern"), near.column("ahead"), C)
+    free = (least >= C).all(axis=(0, 2))  # (vertex, candidate)
     t = ways.t[:, 0, 0]
     first: FloatArray = np.where(free.any(axis=0), t[free.argmax(axis=0)], 1.5 * t[-1])
     return first
@@ -152,7 +153,8 @@ def _violations(
     import numpy as np
 
     x, y = _frames(ways, near)
-    legs = _legs(ways, near, x, y, near.column("astern"), near.column("ahead"))
+    most = near.column("C") + near.column("most")
+    legs = _legs(ways, near, x, y, near.column("astern"), near.column("ahead"), SIDE_REACH * most)
     v, k = _violated(ways, near, legs, legs.C, params)
     turn = y[:, :-1] * (x[:, 1:] - x[:, :-1]) - x[:, :-1] * (y[:, 1:] - y[:, :-1])  # cross(p, w) dt
     close = _at(legs.least, k) < SIDE_REACH * _at(legs.C, k)
@@ -161,18 +163,39 @@ def _violations(
     if bad.size:
         part = Ways(ways.t, ways.x[:, :, bad], ways.y[:, :, bad])
         size = near.column("half")
-        inner = _legs(part, near, x[..., bad], y[..., bad], -size, size)
+        radius = np.maximum(params.half_radius * most, near.column("hull"))
+        inner = _legs(part, near, x[..., bad], y[..., bad], -size, size, params.acting_factor * radius)
         half[:, bad], _ = _violated(part, near, inner, params.half_radius * inner.C, params)
         hull[:, bad], _ = _violated(part, near, inner, near.column("hull") * np.ones_like(inner.C), params)
     return v, half, hull, np.where(close, _at(turn, k), 0.0)
 
 
-def _legs(ways: Ways, near: Vessels, x: FloatArray, y: FloatArray, low: FloatArray, high: FloatArray) -> Legs:
-    """All legs, to the cores from `low` to `high` on the vessels' courses."""
-    least, share = gap(x[:, :-1], y[:, :-1], x[:, 1:], y[:, 1:], low, high)
+def _legs(
+    ways: Ways, near: Vessels, x: FloatArray, y: FloatArray, low: FloatArray, high: FloatArray, far: FloatArray
+) -> Legs:
+    """All legs, to the cores from `low` to `high` on the vessels' courses; farther off than `far` does not matter."""
+    least, share = _gaps(x[:, :-1], y[:, :-1], x[:, 1:], y[:, 1:], low, high, far)
     first, _ = gap(x[:, :1], y[:, :1], x[:, :1], y[:, :1], low, high)
     when = ways.t[:-1] + share * (ways.t[1:] - ways.t[:-1])
     return Legs(first, least, when, near.column("C") + ops.minimum(near.column("grow") * when, near.column("most")))
+
+
+def _gaps(
+    x0: FloatArray, y0: FloatArray, x1: FloatArray, y1: FloatArray, low: FloatArray, high: FloatArray, far: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """As `gap`, but (FAR, 0) where a whole leg is farther than `far` beyond one end or one side of the segment.
+
+    Most legs are, and the others cost most of a decision.
+    """
+    import numpy as np
+
+    out = (np.minimum(y0, y1) > far) | (np.maximum(y0, y1) < -far)
+    out |= (np.minimum(x0, x1) > high + far) | (np.maximum(x0, x1) < low - far)
+    rows = np.nonzero(~out)
+    least, share = np.full(out.shape, FAR), np.zeros(out.shape)
+    ends = low[rows[0], 0, 0, 0], high[rows[0], 0, 0, 0]
+    least[rows], share[rows] = gap(x0[rows], y0[rows], x1[rows], y1[rows], *ends)
+    return least, share
 
 
 def _violated(

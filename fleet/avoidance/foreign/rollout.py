@@ -85,15 +85,17 @@ def following(boat: Boat, horizon: float, params: ForeignParams) -> Way[float]:
         s += point.tx * dx + point.ty * dy  # the foot of the boat on the path
         dt = min(COARSE_S, horizon - t)
         if abs(y1) < ON_PATH_M and path.straight(s) > U * (horizon - t):
-            x, y = x + dt * U * point.tx, y + dt * U * point.ty
-            s += dt * U
-        else:
-            sin_phi, cos_phi = ops.sincos(-params.follow.psi_a_rad * ops.tanh(params.follow.k_phi_per_m * y1))
-            x += dt * U * (point.tx * cos_phi - point.ty * sin_phi)
-            y += dt * U * (point.ty * cos_phi + point.tx * sin_phi)
-            s += dt * U * cos_phi
+            break
+        sin_phi, cos_phi = ops.sincos(-params.follow.psi_a_rad * ops.tanh(params.follow.k_phi_per_m * y1))
+        x += dt * U * (point.tx * cos_phi - point.ty * sin_phi)
+        y += dt * U * (point.ty * cos_phi + point.tx * sin_phi)
+        s += dt * U * cos_phi
         t += dt
         point = path.at(s)
+        _append(way, t, x, y)
+    while t < horizon:
+        dt = min(COARSE_S, horizon - t)
+        x, y, t = x + dt * U * point.tx, y + dt * U * point.ty, t + dt
         _append(way, t, x, y)
     return way
 

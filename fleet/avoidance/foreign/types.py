@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Protocol, TypeAlias
+from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 from msgspec import Struct
 
 from fleet.guidance.limits import Limits
 from fleet.paths import PathPoint
+
+if TYPE_CHECKING:
+    from fleet.avoidance.foreign.decision import Search
 
 NEVER_S = 1.0e6
 """A time that does not come within any horizon [s]."""
@@ -190,6 +193,7 @@ class Memory(Struct, frozen=True, gc=False):
     reason: float  # Reason of the last decision
     waited_s: float  # seconds a follower has seen the need to act without an order
     alone: float  # 1 a follower that decided for itself, until it resumes
+    search: Search | None  # a decision that goes on in the next tick
 
 
 class Contact(Struct, frozen=True, gc=False):

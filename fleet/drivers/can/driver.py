@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
+import math
 import threading
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -15,6 +18,7 @@ from fleet.errors import ConfigError
 
 log = logging.getLogger("fleet.can")
 LISTEN_S = 0.02  # a frame is waited for so long; a farewell goes out as soon
+STALLED_S = 0.5  # a thread that was away for so long finds old frames
 AGAIN_S = 1.0  # a lost bus is opened again so often
 BUS_OFF = 0x40  # of SocketCAN's error frames
 MOST_ERRORS = 5  # one after the other, and the bus is taken for lost
@@ -66,6 +70,7 @@ class CanDriver:
         self._bus: Any = None
         self._bus_trouble = ""
         self._errors = 0
+        self._listened_s = math.inf
         self.reopened = 0
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="can", daemon=True)
@@ -120,23 +125,31 @@ class CanDriver:
 
     # -- the thread ------------------------------------------------------------------------------------------------
     def _run(self) -> None:
-        import can
-
         while not self._stop.is_set():
             if self._bus is None:
                 self._reopen()
                 continue
             try:
-                message = self._bus.recv(LISTEN_S)
+                message = self._listen()
                 if message is not None:
                     self._errors = 0
                     self._take(message)
                 else:
                     self._say_farewell()
-            except (can.CanError, OSError) as error:
+            except Exception as error:  # noqa: BLE001 - whatever an adapter's library raises, this thread must go on
                 self._errors += 1
                 if self._errors >= MOST_ERRORS:
                     self._lose(f"CAN bus: {error}")
+
+    def _listen(self) -> Any:
+        """The next message, or None; what queued while the process was stopped is old, and thrown away."""
+        message = self._bus.recv(LISTEN_S)
+        now_s = time.monotonic()
+        if now_s - self._listened_s > STALLED_S:
+            while message is not None:
+                message = self._bus.recv(0.0)
+        self._listened_s = now_s
+        return message
 
     def _take(self, message: Any) -> None:
         if message.is_error_frame:
@@ -180,22 +193,22 @@ class CanDriver:
                 self._bus_trouble = str(error)
             return
         self._errors = 0
+        self._listened_s = math.inf
         self.reopened += 1
         log.warning("the CAN bus is open again", extra={"event": "can-again"})
         with self._lock:
             self._bus_trouble = ""
 
     def _leave(self) -> None:
-        import can
-
         try:
             if self._bus is not None:
                 self._send(self.helm.farewell())
-        except (can.CanError, OSError) as error:
+        except Exception as error:  # noqa: BLE001 - the controller's watchdog stops the boat without it
             log.warning("no farewell on the CAN bus: %s", error)
         self._shut()
 
     def _shut(self) -> None:
         bus, self._bus = self._bus, None
         if bus is not None:
-            bus.shutdown()
+            with contextlib.suppress(Exception):  # it is given up in any case
+                bus.shutdown()

@@ -63,7 +63,7 @@ class Helm:
         if trouble:
             self._command = None
             return trouble
-        if self._command is None:
+        if self._command is None or (now_ns - self._command_ns) * 1e-9 > self._age_s:
             self._since_ns = now_ns
         self._command, self._command_ns = (u_d, r_d), now_ns
         status = self._status
@@ -165,9 +165,11 @@ class Helm:
             return self.farewell()
         c, s = math.cos(nav.heading_rad), math.sin(nav.heading_rad)
         u, r = nav.v_north_mps * c + nav.v_east_mps * s, nav.yaw_rate_radps
-        loops = self._loops if self._loops is not None else begin(u, r)
-        dt = min((now_ns - self._loops_ns) * 1e-9, DT_MOST_S) if self._loops is not None else 0.0
-        config = self._config
+        config, dt = self._config, (now_ns - self._loops_ns) * 1e-9
+        loops = self._loops
+        if loops is None or dt > self._age_s:  # what they remember is of another moment
+            loops, dt = begin(u, r, command[0], config.loops), 0.0
+        dt = min(dt, DT_MOST_S)
         self._loops, thrusts = drive(loops, *command, u, r, dt, config.loops, config.thrusters)
         self._loops_ns = now_ns
         return [self._frames.thrust(thrusts), self._watch(True)]

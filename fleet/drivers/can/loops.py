@@ -5,13 +5,13 @@ Integral on the error, proportional on the measured speed itself, in steps:
     X += m (K_i (u_d - u) dt - K_p (u - u_before)) + drag(u) - drag(u_before)
     N += I (K_i (r_d - r) dt - K_p (r - r_before))
 
-The memory is what the thrusters were really asked to give, after limits. So nothing winds up while they are saturated,
-and a loop begins without a bump. With the drag of the hull made up for, speed follows its set-point with the lag
-K_p / K_i; at most the acceleration asked for is aimed at.
+The memory is what the thrusters were really asked to give, after limits. So nothing winds up while they are saturated.
+With the drag of the hull made up for, speed follows its set-point with the lag K_p / K_i.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Annotated
 
 from msgspec import Meta, Struct
@@ -26,8 +26,8 @@ class LoopParams(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
     mass_kg: Annotated[float, Meta(gt=0.0, le=1e5)] = 60.0  # with added mass, surge
     inertia_kgm2: Annotated[float, Meta(gt=0.0, le=1e6)] = 12.0  # with added mass, yaw
-    surge_p_per_s: Annotated[float, Meta(ge=0.0, le=20.0)] = 2.0
-    surge_i_per_s2: Annotated[float, Meta(gt=0.0, le=20.0)] = 1.0
+    surge_p_per_s: Annotated[float, Meta(ge=0.0, le=20.0)] = 3.0
+    surge_i_per_s2: Annotated[float, Meta(gt=0.0, le=20.0)] = 1.5
     yaw_p_per_s: Annotated[float, Meta(ge=0.0, le=20.0)] = 4.0
     yaw_i_per_s2: Annotated[float, Meta(gt=0.0, le=50.0)] = 9.0
     drag_kg_per_s: Annotated[float, Meta(ge=0.0, le=1e4)] = 15.0  # linear part of the drag along the hull
@@ -49,9 +49,10 @@ def drag(u: float, params: LoopParams) -> float:
     return (params.drag_kg_per_s + params.drag_kg_per_m * abs(u)) * u
 
 
-def begin(u: float, r: float) -> Loops:
-    """Loops of a boat that has had no thrust so far."""
-    return Loops(0.0, 0.0, u, r)
+def begin(u: float, r: float, u_d: float, params: LoopParams) -> Loops:
+    """Loops of a boat without thrust so far: with what keeps the slower of the speeds it has and is asked for."""
+    slower = math.copysign(min(abs(u), abs(u_d)), u) if u * u_d > 0.0 else 0.0
+    return Loops(drag(slower, params), 0.0, u, r)
 
 
 def drive(

@@ -20,7 +20,7 @@ class Ashore:
     """One autopilot, for as long as the tool runs."""
 
     def __init__(self, config: MavlinkConfig) -> None:
-        self.driver = MavlinkDriver(config, time.monotonic_ns)
+        self.driver = MavlinkDriver(config, time.time_ns)  # signatures want the date
         self.driver.open()
         self.reading = Reading(stamp_ns=0)
         self.heard: list[str] = []  # what the autopilot said

@@ -18,6 +18,7 @@ class MavlinkConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     own_sysid: Annotated[int, Meta(ge=1, le=255)] = 254  # ours: MAV_GCS_SYSID, for the ground station failsafe
     arm: Literal["never", "operator"] = "never"  # whether we may arm the boat when an operator sets it off
     stop: Literal["loiter", "hold"] = "loiter"  # how a boat that is stopped is left: on station, or without thrust
+    signing_key: str = ""  # file with a passphrase; empty: nothing is signed
 
     def check(self) -> None:
         """ConfigError when it cannot work."""

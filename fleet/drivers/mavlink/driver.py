@@ -15,6 +15,7 @@ from fleet.drivers.mavlink import words
 from fleet.drivers.mavlink.config import MavlinkConfig
 from fleet.drivers.mavlink.frames import Frames
 from fleet.drivers.mavlink.link import link_to
+from fleet.drivers.mavlink.signing import Signing
 from fleet.drivers.mavlink.talk import Talk
 from fleet.drivers.mavlink.vehicle import SILENT_S, Vehicle
 from fleet.drivers.seam import Reading
@@ -25,6 +26,7 @@ COMMAND_AGE_S = 0.5  # a set-point decided on a reading that is older is not sen
 SETPOINT_S = 0.05  # between two set-points
 WANTED_S = 2.5  # the boat is to be driven: a set-point was handed in so lately; an agent in trouble tries each second
 STAY_S = 4.0  # after the last one the boat is left to the autopilot's LOITER; it brakes until then
+LEAD_S = 5.0  # a launch takes effect within: the boat is made ready for it at once
 PERMIT_S = 60.0  # after an operator's word: for so long we may take the boat and arm it
 AGAIN_S, ARM_AGAIN_S = 1.5, 2.0  # between two requests
 REOPEN_S = 2.0
@@ -56,9 +58,12 @@ class MavlinkDriver:
         self.frames = Frames(mavlink, config.sysid, words.AUTOPILOT_COMPONENT, WANTED)
         self.talk = Talk(mavlink, config.own_sysid, config.sysid)
         self.link = link_to(config.endpoint)
+        self._signing = Signing(config.signing_key) if config.signing_key else None
+        self._codecs = (self.talk.codec, self.frames.codec)
         self.parameters: dict[str, float] = {}  # as they arrive
         self._said: list[str] = []
         self._reboots = 0
+        self._taken = False  # we drive the boat, or did last
         self._parked = -1  # the mode in which we left the boat ourselves
         self._permit_ns = self._wanted_ns = self._read_ns = self._began_ns = 0
         self._asked_ns: dict[str, int] = {}  # what -> when we asked for it last
@@ -68,6 +73,8 @@ class MavlinkDriver:
         """Connect; the autopilot may come later."""
         self.link.open()
         self._began_ns = self._now_ns()
+        if self._signing is not None:
+            self._signing.begin(self._codecs, self._began_ns)
         self._converse(self._began_ns)
 
     def read(self) -> Reading:
@@ -77,15 +84,17 @@ class MavlinkDriver:
             frames = self.frames
             for message in frames.datagram(payload) if self.link.datagrams else frames.stream(payload):
                 self._take(message, now_ns)
+        vehicle = self.vehicle
+        self._taken = self._taken and vehicle.armed and vehicle.mode == words.GUIDED
         self._converse(now_ns)
-        reading = self.vehicle.reading(now_ns)
+        reading = vehicle.reading(now_ns)
         authority, trouble = self._authority(now_ns), self._trouble(now_ns)
         return structs.replace(reading, authority=authority, trouble=trouble) if authority or trouble else reading
 
     def write(self, surge_mps: float, yaw_rate_radps: float) -> str:
         """Command the boat; '' or why it could not be done."""
         now_ns = self._now_ns()
-        self._wanted_ns = now_ns
+        self._wanted_ns = max(self._wanted_ns, now_ns)
         if not math.isfinite(surge_mps + yaw_rate_radps):
             return f"set-point {surge_mps:g} m/s, {yaw_rate_radps:g} rad/s: expected numbers"
         if (now_ns - self._read_ns) * NS > COMMAND_AGE_S:
@@ -95,8 +104,8 @@ class MavlinkDriver:
     def neutral(self) -> None:
         """Stop: zero velocity, then the autopilot's own LOITER, or HOLD where it has no position."""
         now_ns, vehicle = self._now_ns(), self.vehicle
-        if not vehicle.armed or vehicle.mode != words.GUIDED or not self._ours(now_ns):
-            return
+        if not self._taken:
+            return  # a ground station may steer in GUIDED too
         if vehicle.lost(now_ns):  # zero by a velocity that is not known would drive the boat
             self._park(now_ns, words.HOLD)
             return
@@ -107,7 +116,7 @@ class MavlinkDriver:
     def close(self) -> None:
         """Leave the boat stopped, on station where it has a position, and disconnect."""
         now_ns, vehicle = self._now_ns(), self.vehicle
-        if self.link.up and vehicle.armed and vehicle.mode == words.GUIDED:
+        if self.link.up and self._taken:
             self._send_setpoint(now_ns, 0.0, 0.0)
             stays = self.config.stop == "loiter" and not vehicle.lost(now_ns)
             for confirmation in range(3):  # nobody waits for the answer
@@ -120,9 +129,9 @@ class MavlinkDriver:
         if kind in PERMITS:
             self._permit_ns = self._now_ns()
             if kind in SETS_OFF:
-                self._wanted_ns = self._permit_ns
+                self._wanted_ns = self._permit_ns + int(LEAD_S / NS)
         elif kind in WITHDRAWS:
-            self._permit_ns = 0
+            self._permit_ns, self._wanted_ns = 0, min(self._wanted_ns, self._now_ns())
 
     def said(self) -> list[str]:
         """What the autopilot said since the last call, for the operator."""
@@ -170,6 +179,8 @@ class MavlinkDriver:
                     return
             return
         if self._due("heartbeat", now_ns, HEARTBEAT_S):
+            if self._signing is not None:
+                self._signing.follow(self._codecs, now_ns)
             self.link.send(self.talk.heartbeat())
         if self.vehicle.reboots != self._reboots:
             self._reboots = self.vehicle.reboots
@@ -202,7 +213,7 @@ class MavlinkDriver:
                 self.link.send(self.talk.set_mode(words.GUIDED))
             return
         if vehicle.armed:
-            self._parked = -1
+            self._taken, self._parked = True, -1
             self._permit_ns = 0  # used: whoever takes the boat now keeps it
             return
         if self._may_arm(now_ns) and vehicle.ready and self._due("arm", now_ns, ARM_AGAIN_S):

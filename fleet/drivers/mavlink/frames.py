@@ -16,6 +16,12 @@ SIGNED, SIGNATURE = 0x01, 13  # flag; bytes of a signature
 LONGEST = 12 + 255 + SIGNATURE
 
 
+def _next(buffer: bytes, i: int) -> int:
+    """Where the next frame may begin, the end if none does."""
+    starts = (buffer.find(V1, i), buffer.find(V2, i), len(buffer))
+    return min(start for start in starts if start >= 0)
+
+
 class Frames:
     """Decodes what one vehicle says."""
 
@@ -50,8 +56,9 @@ class Frames:
         while i < n:
             overhead = OVERHEAD.get(buffer[i])
             if overhead is None:
-                self.counts["junk"] += 1
-                i += 1
+                start = _next(buffer, i)
+                self.counts["junk"] += start - i
+                i = start
                 continue
             length = LONGEST if n - i < 3 else overhead + buffer[i + 1]
             if n - i >= 3 and buffer[i] == V2 and buffer[i + 2] & SIGNED:

@@ -14,12 +14,12 @@ class Talk:
 
     def __init__(self, mavlink: Any, own_sysid: int, sysid: int) -> None:
         self._mavlink = mavlink
-        self._codec = mavlink.MAVLink(None, srcSystem=own_sysid, srcComponent=words.ONBOARD_COMPUTER)
+        self.codec = mavlink.MAVLink(None, srcSystem=own_sysid, srcComponent=words.ONBOARD_COMPUTER)
         self._to = (sysid, words.AUTOPILOT_COMPONENT)
 
     def _pack(self, message: Any) -> bytes:
-        frame: bytes = bytes(message.pack(self._codec))
-        self._codec.seq = (self._codec.seq + 1) % 256
+        frame: bytes = bytes(message.pack(self.codec))
+        self.codec.seq = (self.codec.seq + 1) % 256
         return frame
 
     def heartbeat(self) -> bytes:

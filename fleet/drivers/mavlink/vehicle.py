@@ -228,4 +228,3 @@ class Vehicle:
     def speed_mps(self) -> float:
         """Over ground, as last believed [m/s]."""
         return math.hypot(self._vn, self._ve)
-

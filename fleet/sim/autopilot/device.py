@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from fleet.drivers.mavlink.words import dialect
+from fleet.drivers.mavlink.words import GUIDED, MANUAL, dialect
 from fleet.drivers.seam import Reading
+from fleet.sim.autopilot.hull import Senses
 from fleet.sim.autopilot.port import Port
-from fleet.sim.autopilot.rover import Rover, Senses
+from fleet.sim.autopilot.rover import Rover
 from fleet.sim.world import World
 
 OWN_SYSID = 254
@@ -50,11 +51,13 @@ class AutopilotDevice:
         self._world.command(self._boat, thrust.powered, thrust.surge_mps, thrust.yaw_rate_radps)
         self._port.speak()
 
-    def trouble(self, kind: str, value: float) -> None:
-        """`pilot`: the mode switch is turned to mode `value`; `reboot`: the autopilot starts anew."""
-        if kind == "pilot":
-            self.rover.pilot(int(value))
-        elif kind == "reboot":
+    def trouble(self, kind: str, value: float) -> None:  # noqa: ARG002 - none of them has a value
+        """`pilot-takes`, `pilot-gives`: the transmitter's switch, to MANUAL and back; `autopilot-restarts`."""
+        if kind == "pilot-takes":
+            self.rover.pilot(MANUAL)
+        elif kind == "pilot-gives":
+            self.rover.pilot(GUIDED)
+        elif kind == "autopilot-restarts":
             self.rover.reboot()
 
     def close(self) -> None:

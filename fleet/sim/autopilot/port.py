@@ -16,10 +16,13 @@ MOST_DATAGRAMS = 256
 class Port:
     """Speaks for a Rover with everybody who spoke to it; each peer is a link of its own, with rates of its own."""
 
-    def __init__(self, mavlink: Any, rover: Rover) -> None:
+    def __init__(self, mavlink: Any, rover: Rover, key: bytes = b"") -> None:
+        """Args: key: of 32 bytes, for signed frames only."""
         self.rover = rover
         self._frames = Frames(mavlink)
         self._codec = mavlink.MAVLink(None, srcSystem=rover.sysid, srcComponent=words.AUTOPILOT_COMPONENT)
+        for codec in (self._frames.codec, self._codec) if key else ():
+            codec.signing.secret_key, codec.signing.sign_outgoing = key, True
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.bind(("127.0.0.1", 0))
         self._socket.setblocking(False)
@@ -41,6 +44,8 @@ class Port:
                 continue
             for message in self._frames.datagram(payload):
                 self.rover.hear(peer, message)
+            ours, theirs = self._codec.signing, self._frames.codec.signing
+            ours.timestamp = max(ours.timestamp, theirs.timestamp)  # it learns the time from whoever signs well
 
     def speak(self) -> None:
         """Send what it has to say."""

@@ -11,13 +11,13 @@ from collections import deque
 from collections.abc import Hashable
 from typing import Any
 
-from msgspec import Struct
-
 from fleet.drivers.mavlink import words
 from fleet.drivers.mavlink.words import AUTO, GUIDED, HOLD, INITIALISING, LOITER
 from fleet.sim.autopilot.guided import Aim, Loops, Refused, aim_of, stay, steer
+from fleet.sim.autopilot.hull import Senses, Thrust
 from fleet.sim.autopilot.settings import DEFAULTS
 from fleet.sim.autopilot.telemetry import Streams
+from fleet.sim.autopilot.uploads import Uploads
 
 BOOT_S, ARMABLE_S, READY_S = 6.0, 23.0, 42.0  # INITIALISING ends; MANUAL can be armed; GUIDED can be armed
 ESTIMATE_S = 30.0  # the estimator starts to have something
@@ -29,33 +29,13 @@ NOT_ARMABLE = (AUTO, 11, 12)
 NEEDS_POSITION = (LOITER, AUTO, 11, 12, GUIDED)
 READY_FLAGS, COLD_FLAGS, LOSING_FLAGS, CONSTANT_FLAGS = 0x33F, 0x400, 0x27, 0xA7
 REBOOT = 246
+UPLOADS = frozenset(
+    f"MISSION_{word}" for word in ("COUNT", "ITEM_INT", "REQUEST_LIST", "REQUEST", "REQUEST_INT", "CLEAR_ALL")
+)
 MOST_HZ_SHARE = 0.5  # of SCHED_LOOP_RATE
 METRES_A_DEGREE = 111_195.0
 ALERT, INFO = 2, 6
 NS = 1e-9
-
-
-class Senses(Struct, frozen=True):
-    """What the autopilot's sensors say of its hull."""
-
-    lat_deg: float
-    lon_deg: float
-    psi_rad: float
-    v_north_mps: float
-    v_east_mps: float
-    r_radps: float
-    u_mps: float
-    fix: bool = True
-    error_m: float = 0.5
-    battery_percent: float = 100.0
-
-
-class Thrust(Struct, frozen=True):
-    """What the hull is told."""
-
-    powered: bool = False
-    surge_mps: float = 0.0
-    yaw_rate_radps: float = 0.0
 
 
 class Rover:
@@ -68,6 +48,7 @@ class Rover:
         self.sysid = sysid
         self.outbox: deque[tuple[Hashable | None, Any]] = deque()  # (peer, message); None: to all
         self.streams = Streams()
+        self.uploads = Uploads(mavlink, lambda peer, message: self.outbox.append((peer, message)))
         self.now_ns, self.senses = now_ns, senses
         self.dropped = 0  # set-points that nothing came of
         self._start(now_ns - int(running_s / NS))
@@ -142,6 +123,7 @@ class Rover:
             self._enter(int(self.parameters["INITIAL_MODE"]))
             self.say(INFO, "ArduRover V4.7.0-dev (simulated by fleet)")
         self._watch()
+        self.uploads.step(now_ns)
         return self._drive(dt)
 
     def _estimate(self, dt: float) -> None:
@@ -236,9 +218,7 @@ class Rover:
         """What it is and does."""
         status = 2 if self.mode == INITIALISING else 5 if self.critical else 3 if self.mode == HOLD else 4
         base = words.CUSTOM_MODE | (words.ARMED if self.armed else 0)
-        return self.mavlink.MAVLink_heartbeat_message(
-            words.SURFACE_BOAT, words.ARDUPILOT, base, self.mode, status, 3
-        )
+        return self.mavlink.MAVLink_heartbeat_message(words.SURFACE_BOAT, words.ARDUPILOT, base, self.mode, status, 3)
 
     # -- what is said to it ----------------------------------------------------------------------------------------
     def hear(self, peer: Hashable, message: Any) -> None:
@@ -258,6 +238,8 @@ class Rover:
             source = (message.get_srcSystem(), message.get_srcComponent())
             ack = self.mavlink.MAVLink_command_ack_message(message.command, result, 0, 0, *source)
             self.outbox.append((peer, ack))
+        elif kind in UPLOADS:
+            self.uploads.hear(peer, message, self.now_ns)
         elif kind == "PARAM_SET" and message.param_id in self.parameters:
             self.parameters[message.param_id] = message.param_value  # unchecked, as Rover does
             self._tell(peer, message.param_id)

@@ -36,13 +36,21 @@ CHECKS: dict[str, Check] = {
         "stopped", None, True, "", "scenarios in which a boat sailed less than 6 m in 60 s, or did not arrive in time"
     ),
     "arrived_min": Check("arrived", "boats_with_goal", False, "share", "boats that reached their goal in time", 1.0),
-    "inside_radius_max": Check("inside_radius", "cases", True, "share", "scenarios with two boats within R", 1.0, foreign=BOTH),
-    "min_separation_m": Check("min_separation_m", None, False, "m", "least separation of two boats, of all scenarios", foreign=BOTH),
+    "inside_radius_max": Check(
+        "inside_radius", "cases", True, "share", "scenarios with two boats within R", 1.0, foreign=BOTH
+    ),
+    "min_separation_m": Check(
+        "min_separation_m", None, False, "m", "least separation of two boats, of all scenarios", foreign=BOTH
+    ),
     "separation_median_m": Check(
         "separation_median_m", None, False, "m", "least separation of two boats, the median scenario"
     ),
-    "delay_median_s": Check("delay_median_s", None, True, "s", "delay against nobody in the way, the median boat", foreign=BOTH),
-    "delay_p95_s": Check("delay_p95_s", None, True, "s", "delay against nobody in the way, 95 % of boats stay below", foreign=BOTH),
+    "delay_median_s": Check(
+        "delay_median_s", None, True, "s", "delay against nobody in the way, the median boat", foreign=BOTH
+    ),
+    "delay_p95_s": Check(
+        "delay_p95_s", None, True, "s", "delay against nobody in the way, 95 % of boats stay below", foreign=BOTH
+    ),
     "formation_end_m": Check("formation_end_m", None, True, "m", "formation error at the end, the worst boat"),
     "settled_p95_s": Check(
         "settled_p95_s", None, True, "s", "from then on within 1 m of its place to the end, 95 % of boats are sooner"

@@ -122,7 +122,7 @@ def _glance(store: Store, results: Sequence[Results | None], summary: Figures) -
 
 def _drawn(store: Store, results: Sequence[Results | None], summary: Figures) -> str:
     """The pictures, or a line that says why there are none."""
-    there = [one for one in results if one is not None]
+    there: list[Any] = [one for one in results if one is not None]
     if not there:
         return ""
     try:

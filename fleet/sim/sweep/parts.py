@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 MOST_LANES, LEAST_LANES, SHARES = 4096, 1024, 4
 AT_A_TIME = 20  # boats of a part with foreign vessels: some seconds
 LAWS = (
-    *("ops.py", "ops_lanes.py", "geo.py", "paths", "guidance", "coordination", "avoidance", "hulls", "agent", "sensing"),
-    *("sim/batch", "sim/sweep"),
+    *("ops.py", "ops_lanes.py", "geo.py", "paths", "guidance", "coordination", "avoidance", "hulls", "agent"),
+    *("sensing", "sim/batch", "sim/sweep"),
 )
 """What decides where a boat goes."""
 TELLING = {
@@ -41,6 +41,8 @@ TELLING = {
     "pictures",
     "pool",
     "run",
+    "ships_alone",
+    "ships_pictures",
     "store",
     "table",
     "worker",

@@ -126,12 +126,13 @@ def maps(points: Sequence[Point], tables: Sequence[dict[str, Any]]) -> Any | Non
 
 
 def _curve(axis: Any, name: str, across: list[Any], values: list[Any], title: str) -> None:
-    known = [(place, value) for place, value in enumerate(values) if value is not None]
+    known = [(place, float(value)) for place, value in enumerate(values) if value is not None]
     axis.plot([one for one, _ in known], [one for _, one in known], "o-", color=COLOURS[0])
     axis.set_xticks(range(len(across)), [_brief(one) for one in across])
     axis.set_xlabel(name)
     axis.set_title(title)
-    axis.set_ylim(bottom=min(0.0, *(one for _, one in known)) if known else 0.0)
+    low, high = min((one for _, one in known), default=0.0), max((one for _, one in known), default=1.0)
+    axis.set_ylim(min(0.0, 1.08 * low), max(1.08 * high, 1e-3))
 
 
 def _map(

@@ -40,7 +40,9 @@ def ship_cases(name: str, spec: Spec, seed: int, cases: Sequence[int]) -> Iterat
         cruise = _one(draw, layout.cruise_mps if spec.formation is None else spec.formation.cruise_mps)
         spacing = 0.0 if spec.formation is None else _one(draw, spec.formation.spacing_m)
         abreast = isinstance(layout, Vessels) and _one(draw, layout.abreast) >= 0.5
-        paths = tuple((0.0, spacing * i, 0.0) if abreast else (spacing * i, 0.0, spacing * i) for i in range(spec.boats))
+        paths = tuple(
+            (0.0, spacing * i, 0.0) if abreast else (spacing * i, 0.0, spacing * i) for i in range(spec.boats)
+        )
         current, toward = _one(draw, spec.environment.current_mps), _one(draw, spec.environment.current_toward_deg)
         radio = Radio(delay_s=_one(draw, spec.radio.delay_s), loss=_one(draw, spec.radio.loss))
         alone = ShipCase(
@@ -111,7 +113,7 @@ def _meeting(
 
         length, U, chi = mine(layout.length_m), mine(layout.speed_mps), mine(radians(layout.course_deg))
         miss = mine(layout.miss) * c0(length)
-        if mine(EVENLY) < layout.opposite:
+        if mine(EVENLY) < mine(layout.opposite):
             chi += math.pi
         before, turn, rate = mine(layout.turn_before_s), mine(layout.turn_deg), mine(layout.turn_rate_radps)
         vx, vy = U * math.cos(chi), U * math.sin(chi)

@@ -113,8 +113,6 @@ def trace(one: SailedShips) -> dict[str, Any]:
     return {name: kept[name] for name in ("t", "x", "y", "psi", "u", "ship_x", "ship_y", "ship_chi")}
 
 
-
-
 def glance(summary: dict[str, Any]) -> list[tuple[str, str, str, bool | None]]:
     """The main figures of a sweep: what, value, meaning, good or not."""
 

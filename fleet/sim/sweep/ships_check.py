@@ -27,14 +27,15 @@ def ships_problems(spec: Spec) -> Iterator[Problem]:
         yield Problem(("formation",), "one boat is none; expected boats of at least 2")
     yield from _cruise(spec, layout)
     if isinstance(layout, Vessels):
-        yield from _vessels(spec, layout)
+        yield from _vessels(layout)
 
 
 def _unused(spec: Spec) -> Iterator[Problem]:
     """Tables and keys that other families have, and that would do nothing here."""
-    for name, default in (("trouble", Trouble()), ("timeline", ())):
-        if getattr(spec, name) != default:
-            yield Problem((name,), NOT_HERE)
+    if spec.trouble != Trouble():
+        yield Problem(("trouble",), NOT_HERE)
+    if spec.timeline:
+        yield Problem(("timeline",), NOT_HERE)
     for table, kinds, used in (
         ("environment", Environment, ("current_mps", "current_toward_deg")),
         ("radio", Radio, ("delay_s", "loss")),
@@ -69,9 +70,10 @@ def _cruise(spec: Spec, layout: Vessels | Imazu) -> Iterator[Problem]:
             yield Problem(("formation", "spacing_m"), wrong, shown(spec.formation.spacing_m))
 
 
-def _vessels(spec: Spec, layout: Vessels) -> Iterator[Problem]:
+def _vessels(layout: Vessels) -> Iterator[Problem]:
     """Vessels in numbers that there are not, and bends and banks where they cannot be."""
-    if not 1.0 <= support(layout.vessels)[0] or support(layout.vessels)[1] >= MOST_VESSELS + 1.0:
+    least, most = support(layout.vessels)
+    if least < 1.0 or most >= MOST_VESSELS + 1.0:
         yield Problem(("layout", "vessels"), f"expected 1 to {MOST_VESSELS}", shown(layout.vessels))
     bends = support(layout.bend_deg) != (0.0, 0.0)
     if bends and layout.bend_before_s >= support(layout.meet_s)[0]:

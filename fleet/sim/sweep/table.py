@@ -9,9 +9,9 @@ import numpy as np
 
 from fleet.ops import FloatArray
 from fleet.sim.batch import Results
+from fleet.sim.sweep import ships_results
 from fleet.sim.sweep.checks import evaluate
 from fleet.sim.sweep.family import Family, case_name
-from fleet.sim.sweep import ships_results
 from fleet.sim.sweep.run import Ended
 from fleet.sim.sweep.ships_results import ShipResults
 from fleet.sim.sweep.store import Store

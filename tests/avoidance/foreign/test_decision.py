@@ -8,16 +8,34 @@ from collections.abc import Sequence
 import pytest
 from msgspec import structs
 
-from fleet.avoidance.foreign import FOLLOW_PATH, Action, Boat, Edge, Encounter
+from fleet.avoidance.foreign import FOLLOW_PATH, Action, Boat, Edge, Encounter, Reason, nearness
 from fleet.avoidance.foreign import decision as decisions
-from fleet.avoidance.foreign.decision import candidates, choose
-from fleet.avoidance.foreign.domain import domain
+from fleet.avoidance.foreign.decision import Scene, begin, candidates, choose, go_on, outermost
+from fleet.avoidance.foreign.domain import domain, gap
 from fleet.avoidance.foreign.encounter import bearing, look
 from fleet.avoidance.foreign.rollout import entry as entry_of
 from fleet.avoidance.foreign.rollout import following
 from fleet.sensing import Target
 
 from .scenes import P, boat, meeting, target
+
+
+def scene(
+    targets: Sequence[Target],
+    boats: Sequence[Boat] = (boat(),),
+    held: Action = FOLLOW_PATH,
+    edges: Sequence[Edge] = (),
+    acting: float = 1.0,
+) -> Scene:
+    """What is to be decided about these vessels, all of them met."""
+    own, domains = bearing(boats[0]), [domain(t, 1.0, 0.0, P) for t in targets]
+    way = following(boats[0], 200.0, P)
+    met: list[Encounter] = []
+    for d in domains:
+        found = look(None, own, d, entry_of(way, d, d.H, 1.0, 1.0, 0.0), False, P)
+        if found is not None:
+            met.append(structs.replace(found, acting=acting))
+    return Scene(tuple(boats), own, tuple(domains), tuple(met), (), tuple(edges), held)
 
 
 def chosen(
@@ -27,15 +45,8 @@ def chosen(
     edges: Sequence[Edge] = (),
     acting: float = 1.0,
 ) -> Action:
-    """The alteration for these vessels, all of them met."""
-    own, domains = bearing(boats[0]), [domain(t, 1.0, 0.0, P) for t in targets]
-    way = following(boats[0], 200.0, P)
-    met: list[Encounter] = []
-    for d in domains:
-        found = look(None, own, d, entry_of(way, d, d.H, 1.0, 1.0, 0.0), False, P)
-        if found is not None:
-            met.append(structs.replace(found, acting=acting))
-    return choose(boats, own, domains, met, (), edges, held, P)
+    """The alteration for these vessels."""
+    return choose(scene(targets, boats, held, edges, acting), P)
 
 
 def test_nothing_smaller_than_30_degrees_or_half_the_speed_is_tried() -> None:
@@ -96,11 +107,47 @@ def test_leaving_dear_candidates_out_changes_nothing(
 ) -> None:
     boats = tuple(boat(x=12.0 * k, y=3.0 * k) for k in range(count))
     few = chosen(targets, boats)
-    monkeypatch.setattr(decisions, "LEAST_AT_ONCE", 1)
-    monkeypatch.setattr(decisions, "AT_ONCE", 1)
+    for name in ("AT_ONCE", "LEAST_AT_ONCE"):
+        monkeypatch.setattr(decisions, name, 1)
     one_by_one = chosen(targets, boats)
-    monkeypatch.setattr(decisions, "LEAST_AT_ONCE", 1000)
-    assert few == one_by_one == chosen(targets, boats)
+    all_at_once = scene(targets, boats)
+    trials = begin(all_at_once, 1.0, Reason.GIVE_WAY, P).trials
+    prices = decisions._consequences(boats, all_at_once, trials, P)
+    _, best = min((each.price + extra, i) for i, (each, extra) in enumerate(zip(trials, prices, strict=True)))
+    assert few == one_by_one == trials[best].action
+
+
+def test_what_the_outermost_boats_pay_all_of_them_pay_at_least() -> None:
+    boats = tuple(boat(x=12.0 * k, y=3.0 * k) for k in range(5))
+    assert outermost(boats) == (boats[0], boats[4])
+    whole = scene(SCENES[4][0], boats)
+    trials = begin(whole, 1.0, Reason.GIVE_WAY, P).trials
+    few, all_of_them = (decisions._consequences(crew, whole, trials, P) for crew in (outermost(boats), boats))
+    assert all(a <= b for a, b in zip(few, all_of_them, strict=True))
+
+
+def test_legs_left_out_as_far_off_change_no_price(monkeypatch: pytest.MonkeyPatch) -> None:
+    for targets, count in SCENES:
+        boats = tuple(boat(x=12.0 * k, y=3.0 * k) for k in range(count))
+        whole = scene(targets, boats)
+        trials = begin(whole, 1.0, Reason.GIVE_WAY, P).trials
+        without = decisions._consequences(boats, whole, trials, P)
+        with monkeypatch.context() as patch:
+            patch.setattr(nearness, "_gaps", lambda x0, y0, x1, y1, low, high, far: gap(x0, y0, x1, y1, low, high))
+            assert decisions._consequences(boats, whole, trials, P) == without
+
+
+def test_a_large_decision_goes_on_for_some_ticks_and_no_tick_does_more_than_its_share() -> None:
+    targets = [meeting(60.0 * k - 170.0, 2.0 + k, 25.0 + k, number=float(k)) for k in range(5)]
+    search = begin(scene(targets, [boat(x=12.0 * k) for k in range(10)]), 1.0, Reason.GIVE_WAY, P)
+    ticks = 0
+    while decisions.chosen(search) is None:
+        before, search = search, go_on(search, P)
+        new = set(search.known) - set(before.known)
+        ways = sum(10 if level == 2 else 2 for _, _, level in new)
+        assert 0 < ways * 5 < 2 * decisions.WORK
+        ticks += 1
+    assert 3 <= ticks <= 30
 
 
 def test_every_boat_of_a_formation_counts() -> None:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import pytest
 
 from fleet.drivers.can.config import CanConfig
+from fleet.drivers.can.frames import Status
 from fleet.drivers.can.helm import PILOT
 from fleet.drivers.can.loops import LoopParams, begin, drive
 from fleet.guidance.thrust import Thrusters, Thrusts
 from fleet.hulls import Water
-from tests.drivers.can.rig import Rig
+from tests.drivers.can.rig import FRAMES, Rig
 
 AHEAD = (1.0, 0.0)
 
@@ -78,9 +80,19 @@ def test_a_boat_a_third_lighter_or_half_as_heavy_again_than_configured_is_still_
     assert max(u for u, _ in rig.speeds) < 1.1
 
 
+@pytest.mark.parametrize(
+    ("u", "u_d", "newtons"),
+    [(1.0, 1.3, 51.0), (1.3, 1.0, 51.0), (1.0, 0.0, 0.0), (1.0, -0.5, 0.0), (-1.0, -1.0, -51.0)],
+)
+def test_a_boat_under_way_is_taken_over_with_the_thrust_that_keeps_the_slower_speed(
+    u: float, u_d: float, newtons: float
+) -> None:
+    assert begin(u, 0.1, u_d, LoopParams()).force == pytest.approx(newtons)  # 15 u + 36 u^2
+
+
 def test_nothing_winds_up_while_the_thrusters_are_at_their_limits() -> None:
     params, thrusters = LoopParams(), Thrusters()
-    loops = begin(0.0, 0.0)
+    loops = begin(0.0, 0.0, 5.0, params)
     for _ in range(1000):
         loops, _ = drive(loops, 5.0, 2.0, 0.0, 0.0, 0.05, params, thrusters)
     assert loops.moment == pytest.approx(thrusters.moment_max)
@@ -120,6 +132,22 @@ def test_without_navigation_nothing_is_sent() -> None:
     rig.run(15.0, AHEAD)
     assert rig.told[-1] == ""
     assert rig.hull.u == pytest.approx(1.0, abs=0.02)
+
+
+def test_after_a_pause_it_sets_off_no_faster_than_from_rest() -> None:
+    rig = under_way()
+    rig.deaf_helm = rig.agent_hangs = True  # the process is frozen
+    rig.run(8.0)
+    assert rig.hull.u < 0.1
+    rig.deaf_helm = rig.agent_hangs = False
+    rig.helm.take(rig.now_ns, *FRAMES.status(Status(99, 1, False, False)))
+    rig.now_ns += 1
+    rig.helm._nav_ns = rig.now_ns  # the agent's word is there before the first navigation set
+    assert rig.helm.command(rig.now_ns, *AHEAD) == ""
+    before = len(rig.speeds)
+    rig.run(3.0, AHEAD)
+    speeds = [u for u, _ in rig.speeds[before:]]
+    assert max(b - a for a, b in pairwise(speeds)) < 0.32 * 0.025
 
 
 def test_a_pilot_who_takes_the_boat_is_not_fought_and_what_was_asked_before_does_not_come_back() -> None:

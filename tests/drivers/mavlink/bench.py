@@ -23,8 +23,9 @@ from fleet.drivers.seam import Reading
 from fleet.geo import Datum, plane_of
 from fleet.guidance import Limits
 from fleet.hulls import CALM, HULLS, STEP_S, HullState
+from fleet.sim.autopilot.hull import Senses, Thrust
 from fleet.sim.autopilot.port import Port
-from fleet.sim.autopilot.rover import Rover, Senses, Thrust
+from fleet.sim.autopilot.rover import Rover
 
 TICK_NS, STEP_NS, STEPS = 100_000_000, 20_000_000, 5
 BEGIN_NS = 1_700_000_000_000_000_000
@@ -36,7 +37,15 @@ NOTHING = Reading(stamp_ns=0)
 class Bench:
     """A boat at sea, its autopilot, and the driver of its agent."""
 
-    def __init__(self, *, hull: str = "unicycle", running_s: float = RUNNING_S, arm: str = "operator", **config: Any):
+    def __init__(
+        self,
+        *,
+        hull: str = "unicycle",
+        running_s: float = RUNNING_S,
+        arm: str = "operator",
+        key: bytes = b"",
+        **config: Any,
+    ) -> None:
         self.mavlink = dialect()
         self.now_ns = BEGIN_NS
         self.plane = plane_of(Datum(44.38, 8.93))
@@ -45,7 +54,7 @@ class Bench:
         self.fix = True
         self.thrust = Thrust()
         self.rover = Rover(self.mavlink, self.now_ns, self.senses(), running_s=running_s)
-        self.port = Port(self.mavlink, self.rover)
+        self.port = Port(self.mavlink, self.rover, key)
         given = {"endpoint": f"udp:127.0.0.1:{self.port.number}", "arm": arm, **config}
         self.config = MavlinkConfig(**given)
         self.driver = self.new_driver()

@@ -15,7 +15,7 @@ from msgspec import Struct, convert
 from fleet.agent.process import join
 from fleet.drivers.mavlink.config import MavlinkConfig
 from fleet.drivers.mavlink.driver import MavlinkDriver
-from fleet.drivers.mavlink.words import MANUAL, mode_name
+from fleet.drivers.mavlink.words import mode_name
 from fleet.sim.autopilot.device import AutopilotDevice
 from tests.agent.harness import Sea, mission
 
@@ -104,12 +104,12 @@ def unplugged(boat: Afloat) -> None:
 
 def rebooted(boat: Afloat) -> None:
     """The autopilot starts anew."""
-    boat.device.trouble("reboot", 0.0)
+    boat.device.trouble("autopilot-restarts", 0.0)
 
 
 def taken(boat: Afloat) -> None:
     """The pilot turns the mode switch, sticks centred."""
-    boat.device.trouble("pilot", MANUAL)
+    boat.device.trouble("pilot-takes", 0.0)
 
 
 def blind(boat: Afloat) -> None:

@@ -8,10 +8,17 @@ from collections.abc import Callable
 import pytest
 
 from fleet.drivers.mavlink import words
-from fleet.drivers.mavlink.driver import COMMAND_AGE_S, STREAMS
+from fleet.drivers.mavlink.driver import STREAMS
+from fleet.sim.autopilot.guided import Aim
 from tests.drivers.mavlink.bench import STEP_NS, Bench
 
 Make = Callable[..., Bench]
+
+
+def rates(bench: Bench) -> dict[int, float]:
+    """What the autopilot sends the driver of what it asks for [Hz]."""
+    (wanted,) = bench.rover.streams._peers.values()
+    return {message: round(1e9 / wanted[message][0]) for message in STREAMS}
 
 
 # -- finding and taking the boat ---------------------------------------------------------------------------------------
@@ -49,7 +56,11 @@ def test_a_cold_autopilot_is_waited_for_and_armed_when_its_checks_are_good(bench
     bench.driver.obeyed("launch")
     said: set[str] = set()
     bench.look = lambda: said.add(bench.refused)
+    asked_early: list[int] = []
+    command = bench.rover._set_mode
+    bench.rover._set_mode = lambda mode: (asked_early.append(bench.rover.mode), command(mode))[1]  # type: ignore[method-assign,func-returns-value]
     taken_s = bench.until(lambda: bench.rover.armed, 50.0, (0.0, 0.0))
+    assert set(asked_early) == {words.MANUAL}, "nothing was asked while it was starting"
     assert 42.0 <= taken_s <= 46.0
     assert {"the autopilot is starting", "cannot arm: PreArm: Need Position Estimate", "arming"} <= said
 
@@ -127,9 +138,7 @@ def test_what_is_read_is_what_the_hull_does(driven: Bench) -> None:
 
 
 def test_streams_come_at_the_rates_asked_for(driven: Bench) -> None:
-    peers = driven.rover.streams._peers
-    (wanted,) = peers.values()
-    assert {message: round(1e9 / wanted[message][0]) for message in STREAMS} == STREAMS
+    assert rates(driven) == STREAMS
 
 
 def test_a_set_point_that_is_no_number_is_refused(driven: Bench) -> None:
@@ -137,7 +146,9 @@ def test_a_set_point_that_is_no_number_is_refused(driven: Bench) -> None:
 
 
 def test_a_set_point_from_an_old_reading_is_not_sent(driven: Bench) -> None:
-    driven.now_ns += int((COMMAND_AGE_S + 0.1) * 1e9)
+    driven.now_ns += 400_000_000
+    assert driven.driver.write(1.0, 0.0) == ""
+    driven.now_ns += 200_000_000
     assert driven.driver.write(1.0, 0.0) == "the set-point is older than its limit"
 
 
@@ -186,6 +197,18 @@ def test_a_pilot_who_takes_the_boat_is_reported_and_not_fought(driven: Bench) ->
     assert driven.refused == ""
 
 
+def test_a_ground_station_that_steers_in_guided_while_we_stand_by_is_left_alone(driven: Bench) -> None:
+    driven.run(8.0)
+    assert driven.mode == "LOITER"
+    driven.rover.pilot(words.GUIDED)
+    driven.rover.aim = Aim(1.0, 0.0)
+    driven.run(2.5)
+    assert (driven.mode, driven.rover.aim) == ("GUIDED", Aim(1.0, 0.0))
+    driven.driver.close()
+    driven.run(0.2)
+    assert driven.mode == "GUIDED"
+
+
 def test_after_an_operators_word_the_boat_is_taken_back(driven: Bench) -> None:
     driven.rover.pilot(words.MANUAL)
     driven.run(2.0)
@@ -212,9 +235,30 @@ def test_a_rebooted_autopilot_is_asked_for_its_streams_again_and_not_armed(drive
     assert not driven.rover.armed
     assert "the autopilot was restarted" in driven.heard
     assert driven.known
-    (wanted,) = driven.rover.streams._peers.values()
-    assert wanted[words.GLOBAL_POSITION_INT][0] == 100_000_000
+    assert rates(driven) == STREAMS
     assert driven.driver.vehicle.reboots == 1
+
+
+def test_a_restart_of_the_autopilot_withdraws_the_permission(bench: Bench) -> None:
+    bench.fix = False
+    bench.run(12.0)
+    bench.driver.obeyed("launch")
+    bench.run(3.0, (0.0, 0.0))
+    bench.rover.reboot()
+    bench.fix = True
+    bench.run(50.0, (0.0, 0.0))
+    assert bench.rover.unfit(words.GUIDED) == ""
+    assert not bench.rover.armed
+
+
+def test_a_launch_makes_the_boat_ready_before_it_takes_effect_and_a_stop_undoes_that(bench: Bench) -> None:
+    bench.run(2.0)
+    bench.driver.obeyed("launch")
+    bench.run(4.0)
+    assert (bench.mode, bench.rover.armed) == ("GUIDED", True)
+    bench.driver.obeyed("stop-now")
+    bench.run(5.0)
+    assert bench.mode == "LOITER"
 
 
 # -- knowing where it is -----------------------------------------------------------------------------------------------
@@ -284,5 +328,3 @@ def test_an_autopilot_that_falls_silent_is_said_within_four_seconds(driven: Benc
     silent_s = driven.until(lambda: bool(driven.reading.trouble), 5.0, (1.0, 0.0))
     assert silent_s <= 4.0
     assert driven.reading.trouble.startswith("the autopilot is silent for ")
-
-

@@ -10,7 +10,8 @@ from fleet.drivers.mavlink import words
 from fleet.drivers.mavlink.frames import Frames
 from fleet.drivers.mavlink.talk import Talk
 from fleet.sim.autopilot.guided import Aim, Refused, aim_of
-from fleet.sim.autopilot.rover import Rover, Senses
+from fleet.sim.autopilot.hull import Senses
+from fleet.sim.autopilot.rover import Rover
 from fleet.sim.autopilot.telemetry import speak
 
 MAVLINK = words.dialect()

@@ -62,8 +62,8 @@ WRONG: tuple[tuple[str, str, str], ...] = (  # what stands there, what is writte
     ("seed = 7", 'seed = "seven"', 'seed = "seven" (line 4): expected a whole number from 0 to 1000000000'),
     ("loss = 0.1", "loss = -0.1", "radio.loss = -0.1 (line 13): expected a number from 0 to 1"),
     ("loss = 0.1", "loss = nan", "radio.loss = nan (line 13): expected a number from 0 to 1"),
-    ('kind = "meeting"', 'kind = "meting"', 'layout.kind = "meting" (line 7): expected one of meeting, circle, column, merging, anywhere, formations, circuit; did you mean "meeting"?'),
-    ('kind = "meeting"', "", "layout.kind (line 6): missing, expected one of meeting, circle, column, merging, anywhere, formations, circuit"),
+    ('kind = "meeting"', 'kind = "meting"', 'layout.kind = "meting" (line 7): expected one of meeting, circle, column, merging, anywhere, formations, circuit, vessels, imazu; did you mean "meeting"?'),
+    ('kind = "meeting"', "", "layout.kind (line 6): missing, expected one of meeting, circle, column, merging, anywhere, formations, circuit, vessels, imazu"),
     ("apart_m = 20.0", "apart_m = true", "layout.apart_m = true (line 10): expected a number of at least 0"),
     # distributions
     ("even = [0.7, 1.5]", "even = [1.5, 0.7]", "layout.cruise_mps (line 8): even: low 1.5 above high 0.7"),
