@@ -13,7 +13,8 @@ from msgspec import Struct, structs
 from fleet import ops
 from fleet.avoidance.foreign import law
 from fleet.avoidance.foreign.params import ForeignParams
-from fleet.avoidance.foreign.types import Advice, Boat, Edge, Mate, Memory, Order, PathLike
+from fleet.avoidance.foreign.memory import Memory
+from fleet.avoidance.foreign.types import Advice, Boat, Edge, Mate, Order, PathLike
 from fleet.avoidance.types import Peer
 from fleet.guidance import Limits
 from fleet.paths import Lane, Path
@@ -96,13 +97,13 @@ def own_boat(
     own: Any, U: Any, r: Any, s: Any, cruise: Any, standing: Any, path: Any, limits: Limits
 ) -> Boat:  # of values that a batch has as arrays
     """The own boat as the law takes it; one that keeps its station is all but standing."""
-    return Boat(own.x, own.y, own.chi, U, r, s, STANDING_MPS if standing else cruise, path, limits)
+    return Boat(own.x, own.y, own.chi, U, r, s, STANDING_MPS if standing else cruise, limits, path)
 
 
 def _boat(fellow: Fellow, cruise: float, sea: Sea) -> Boat:
     path, limits = sea.roster[int(fellow.number)]
     lane: PathLike = path if fellow.abeam == 0.0 else Lane(path, fellow.abeam)
-    return Boat(fellow.x, fellow.y, fellow.chi, fellow.U, fellow.r, fellow.s, cruise, lane, limits)
+    return Boat(fellow.x, fellow.y, fellow.chi, fellow.U, fellow.r, fellow.s, cruise, limits, lane)
 
 
 def _mates(peers: Sequence[Peer[Any]], fellows: tuple[float, ...]) -> tuple[Mate, ...]:

@@ -30,6 +30,18 @@ class Device(Protocol):
         """Disconnect."""
 
 
+def must_have(kind: DriverKind) -> None:
+    """ConfigError where the libraries of that kind of driver are not installed."""
+    if kind == "can":
+        from fleet.drivers.can.driver import must_have_libraries
+
+        must_have_libraries()
+    elif kind == "mavlink":
+        from fleet.drivers.mavlink.words import dialect
+
+        dialect()
+
+
 def device(kind: DriverKind, world: World, boat: str, warp: float) -> Device | None:
     """A boat's device for that kind of driver, connected; None where the agent talks to the world itself."""
     if kind == "can":

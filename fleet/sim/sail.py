@@ -18,6 +18,7 @@ from fleet.mission.plan import build
 from fleet.mission.timeline import ACTIONS
 from fleet.operator import Fleet, Outcome
 from fleet.recording.runs import new_run
+from fleet.sim.device import must_have
 from fleet.sim.processes import Processes
 from fleet.sim.record import RunRecorder
 from fleet.sim.share import FLEET, OPERATOR, Options, Progress, Watcher, apply_in_s, as_toml, lead_s, say
@@ -37,6 +38,7 @@ class Sailing:
     """One run of one mission."""
 
     def __init__(self, mission: Mission, name: str, options: Options, watcher: Watcher) -> None:
+        must_have(options.driver)
         self._mission, self._name, self._options, self._watcher = mission, name, options, watcher
         self._plan = build(mission)
         self.run = new_run(options.root, name)

@@ -12,7 +12,8 @@ import time
 
 from msgspec import Struct
 
-from fleet.drivers.can.frames import FIX_3D, Battery, Decoder, Frame, Frames, Navigation, Status
+from fleet.drivers.can.decoder import Decoder
+from fleet.drivers.can.frames import FIX_3D, Battery, Frame, Frames, Navigation, Status
 
 IDENTIFIERS = (256, 257, 512, 528, 529, 530, 544)
 

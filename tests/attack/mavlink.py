@@ -38,6 +38,7 @@ class Result(Struct):
     others: int = 0
     junk: int = 0
     values_refused: int = 0
+    unchanged: int = 0  # mutated back into what they were
     lucky: int = 0  # bad frames whose checksum is right
     worst_m: float = 0.0
     unknown_ticks: int = 0  # ticks in which the driver did not say where the boat is
@@ -120,6 +121,7 @@ def attack(count: int, seed: int = 1, lucky: int = 0) -> Result:
             result.lucky += repaired
             result.good_sent += is_good
             result.sent += not is_good
+            result.unchanged += not is_good and frame in good
         reading = driver.read()
         driver.said()
         result.ticks += 1

@@ -72,7 +72,9 @@ def test_asked_for_more_than_it_has_it_turns_first() -> None:
     force, moment = M11 * boat.i_u, M33 * boat.i_r
     assert boat.r == pytest.approx(1.9, abs=0.01)
     assert moment > THRUSTERS.side_moment_max
-    assert force == pytest.approx(2.0 * THRUSTERS.rear_ahead_n - (moment - THRUSTERS.side_moment_max) / THRUSTERS.rear_arm_m)
+    assert force == pytest.approx(
+        2.0 * THRUSTERS.rear_ahead_n - (moment - THRUSTERS.side_moment_max) / THRUSTERS.rear_arm_m
+    )
 
 
 def test_force_changes_no_faster_than_its_thrusters() -> None:

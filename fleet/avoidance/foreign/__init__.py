@@ -1,6 +1,7 @@
 """Keeping clear of vessels that are not of the fleet (COLREGS 8, 13 to 17): commit to one action and hold it."""
 
 from fleet.avoidance.foreign.law import START, keep_clear, order_of, sail_order
+from fleet.avoidance.foreign.memory import Memory
 from fleet.avoidance.foreign.params import ForeignParams
 from fleet.avoidance.foreign.types import (
     FOLLOW_PATH,
@@ -13,7 +14,6 @@ from fleet.avoidance.foreign.types import (
     Encounter,
     Kind,
     Mate,
-    Memory,
     Order,
     PathLike,
     Reason,

@@ -12,6 +12,7 @@ from fleet.avoidance.foreign.commit import TICK_S
 from fleet.avoidance.foreign.decision import speed
 from fleet.avoidance.foreign.domain import domain
 from fleet.avoidance.foreign.encounter import earliest, role
+from fleet.avoidance.foreign.memory import Memory
 from fleet.avoidance.foreign.params import ForeignParams
 from fleet.avoidance.foreign.rollout import (
     distance,
@@ -24,7 +25,6 @@ from fleet.avoidance.foreign.types import (
     Contact,
     Edge,
     Kind,
-    Memory,
     TargetLike,
 )
 

@@ -8,6 +8,7 @@ from msgspec import Struct, structs
 
 from fleet.avoidance.foreign.decision import MOST_AT_ONCE, Scene, begin, chosen, go_on, speed
 from fleet.avoidance.foreign.encounter import due, earliest, reason, role, watched
+from fleet.avoidance.foreign.memory import Memory
 from fleet.avoidance.foreign.params import ForeignParams
 from fleet.avoidance.foreign.rollout import (
     Way,
@@ -20,11 +21,11 @@ from fleet.avoidance.foreign.types import (
     FOLLOW_PATH,
     NEVER_S,
     Action,
+    Afloat,
     Boat,
     Edge,
     Encounter,
     Mate,
-    Memory,
     Reason,
     Role,
 )
@@ -164,9 +165,8 @@ def act(
     now: float,
 ) -> Memory:
     """Begin to decide; a leader of many boats, whose look took long enough, goes on in the next tick."""
-    scene = Scene(
-        tuple(boats), picture.own, picture.domains, memory.encounters, tuple(mates), picture.edges, memory.ordered
-    )
+    afloat = tuple(Afloat(*(getattr(boat, name) for name in Afloat.__struct_fields__)) for boat in boats)
+    scene = Scene(afloat, picture.own, picture.domains, memory.encounters, tuple(mates), picture.edges, memory.ordered)
     memory = structs.replace(memory, search=begin(scene, target, cause, params))
     return memory if len(boats) > MOST_AT_ONCE else search_on(memory, params, now)
 
@@ -194,7 +194,7 @@ def _resume(boats: Sequence[Boat], memory: Memory, params: ForeignParams, now: f
 
 
 def _ordered(
-    boats: Sequence[Boat],
+    boats: Sequence[Afloat],
     action: Action,
     memory: Memory,
     target: float,

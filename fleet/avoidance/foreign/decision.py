@@ -20,7 +20,7 @@ from fleet.avoidance.foreign.encounter import BY_STARBOARD, Bearing
 from fleet.avoidance.foreign.nearness import free_after, nearness, stacked
 from fleet.avoidance.foreign.params import ForeignParams
 from fleet.avoidance.foreign.rollout import Motion, Way, holding, left_to_turn, motion
-from fleet.avoidance.foreign.types import Action, Boat, Edge, Encounter, Kind, Mate, Reason
+from fleet.avoidance.foreign.types import Action, Afloat, Edge, Encounter, Kind, Mate, Reason
 from fleet.ops import FloatArray
 
 AT_ONCE, LEAST_AT_ONCE = 64, 16  # ways that are worked out together
@@ -80,7 +80,7 @@ class Trial(Struct, frozen=True, gc=False):
 class Scene(Struct, frozen=True, gc=False):
     """Everything that a decision hangs on."""
 
-    boats: tuple[Boat, ...]  # those that sail it, the one that decides first
+    boats: tuple[Afloat, ...]  # those that sail it, the one that decides first
     own: Bearing  # plan of the one that decides
     domains: tuple[Domain, ...]  # of every usable vessel
     encounters: tuple[Encounter, ...]  # those that are open
@@ -145,12 +145,12 @@ def choose(scene: Scene, params: ForeignParams) -> Action:
     return found
 
 
-def _crews(boats: tuple[Boat, ...]) -> tuple[tuple[Boat, ...], ...]:
+def _crews(boats: tuple[Afloat, ...]) -> tuple[tuple[Afloat, ...], ...]:
     """Whose ways are worked out first and next: what the outermost boats pay, all of them pay at least."""
     return (outermost(boats), boats) if len(boats) > MOST_AT_ONCE else (boats,)
 
 
-def outermost(boats: Sequence[Boat]) -> tuple[Boat, ...]:
+def outermost(boats: Sequence[Afloat]) -> tuple[Afloat, ...]:
     """The first boat and those farthest north, south, east and west."""
     places = {0}
     for name in ("x", "y"):
@@ -173,7 +173,7 @@ def _trials(scene: Scene, params: ForeignParams) -> list[Trial]:
     return trials
 
 
-def _consequences(boats: Sequence[Boat], scene: Scene, trials: Sequence[Trial], params: ForeignParams) -> list[float]:
+def _consequences(boats: Sequence[Afloat], scene: Scene, trials: Sequence[Trial], params: ForeignParams) -> list[float]:
     """What each candidate costs by where it leads: delay, vessels, mates, banks. All of it is >= 0."""
     import numpy as np
 
@@ -191,7 +191,7 @@ def _consequences(boats: Sequence[Boat], scene: Scene, trials: Sequence[Trial], 
 
 
 def _ways(
-    boats: Sequence[Boat], actions: Sequence[Action], edges: Sequence[Edge], horizon: float, params: ForeignParams
+    boats: Sequence[Afloat], actions: Sequence[Action], edges: Sequence[Edge], horizon: float, params: ForeignParams
 ) -> Way[FloatArray]:
     """The ways of all boats on all actions, arrays (boat, action)."""
     import numpy as np
@@ -205,7 +205,7 @@ def _ways(
     return holding(m, left, cx, cy, u_d, edges, horizon, params)
 
 
-def speed(boat: Boat, factor: float) -> float:
+def speed(boat: Afloat, factor: float) -> float:
     """The speed of a boat on an alteration [m/s]."""
     if factor == 0.0:
         return 0.0

@@ -8,6 +8,7 @@ from msgspec import structs
 
 from fleet.avoidance.foreign.advise import advise, begin_sailing
 from fleet.avoidance.foreign.commit import TICK_S, act, decide, latch, search_on
+from fleet.avoidance.foreign.memory import Memory
 from fleet.avoidance.foreign.params import ForeignParams
 from fleet.avoidance.foreign.types import (
     FOLLOW_PATH,
@@ -17,7 +18,6 @@ from fleet.avoidance.foreign.types import (
     Boat,
     Edge,
     Mate,
-    Memory,
     Order,
     Reason,
     TargetLike,
@@ -98,6 +98,8 @@ def sail_order(
         order: the newest heard from the leader, None if none was ever heard
         in_formation: the leader is heard and the boat is within 10 m of its slot; without that it decides alone
     """
+    if in_formation and _comes_late(order, memory, params, now):
+        memory = structs.replace(memory, alone=0.0, waited_s=0.0)
     own_way = not in_formation or memory.alone > 0.5
     if own_way:
         memory = structs.replace(memory, alone=1.0)
@@ -126,6 +128,12 @@ def sail_order(
             decided = 1.0 if memory.search is None else 0.0
             memory = begin_sailing(memory, now)
     return advise(boat, targets, edges, memory, params, decided)
+
+
+def _comes_late(order: Order | None, memory: Memory, params: ForeignParams, now: float) -> bool:
+    """The order that a boat waited for is there soon after it decided alone: it was worked out for this boat, too."""
+    acts = order is not None and order.action.acting > 0.5
+    return acts and memory.reason == Reason.NO_ORDER and now - memory.decided_s <= params.order_wait_s
 
 
 def _is_new(told: Action, known: Action) -> bool:

@@ -12,7 +12,7 @@ from fleet.avoidance.foreign.domain import Domain, Guess, gap
 from fleet.avoidance.foreign.encounter import Bearing
 from fleet.avoidance.foreign.params import ForeignParams
 from fleet.avoidance.foreign.rollout import Way
-from fleet.avoidance.foreign.types import Boat, Encounter, Mate
+from fleet.avoidance.foreign.types import Afloat, Encounter, Mate
 from fleet.ops import FloatArray
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def stacked(way: Way[FloatArray]) -> Ways:
 
 def nearness(
     ways: Ways,
-    boat: Boat,
+    boat: Afloat,
     domains: Sequence[Domain],
     encounters: Sequence[Encounter],
     mates: Sequence[Mate],
@@ -139,7 +139,7 @@ def _frames(ways: Ways, near: Vessels) -> tuple[FloatArray, FloatArray]:
     return px * ex + py * ey, py * ex - px * ey
 
 
-def _reachable(d: Domain, boat: Boat, horizon: float) -> bool:
+def _reachable(d: Domain, boat: Afloat, horizon: float) -> bool:
     """It can come near enough within the horizon to have a price."""
     u = max(boat.limits.speed_max_mps, boat.U)
     reach = SIDE_REACH * 1.1 * (d.C + d.most) + d.ahead - d.astern + 200.0

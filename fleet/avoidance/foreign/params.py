@@ -94,6 +94,6 @@ class ForeignParams(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     follow: FollowParams = FollowParams()  # how the boat follows its path
 
     # formations
-    order_wait_s: NotNegative = 2.0
+    order_wait_s: NotNegative = 4.0  # a leader confirms for 1.5 s, decides, and is heard some messages later
     slot_m: Positive = 10.0  # farther out of its slot a boat decides for itself
     latency_s: NotNegative = 0.7  # from a leader's decision to sailing it

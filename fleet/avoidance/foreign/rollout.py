@@ -11,7 +11,7 @@ from fleet import ops
 from fleet.avoidance.foreign.banks import bend
 from fleet.avoidance.foreign.domain import Domain, clearance, gap
 from fleet.avoidance.foreign.params import ForeignParams
-from fleet.avoidance.foreign.types import NEVER_S, Boat, Edge
+from fleet.avoidance.foreign.types import NEVER_S, Afloat, Boat, Edge
 from fleet.guidance import follow
 from fleet.ops import R
 
@@ -42,7 +42,7 @@ class Motion(Struct, Generic[R], frozen=True, gc=False):
     surge_lag: R
 
 
-def motion(boat: Boat) -> Motion[float]:
+def motion(boat: Afloat) -> Motion[float]:
     """Of one boat."""
     limits = boat.limits
     return Motion(

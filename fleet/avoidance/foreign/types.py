@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import TYPE_CHECKING, Protocol, TypeAlias
+from typing import Protocol, TypeAlias
 
 from msgspec import Struct
 
 from fleet.guidance.limits import Limits
 from fleet.paths import PathPoint
-
-if TYPE_CHECKING:
-    from fleet.avoidance.foreign.decision import Search
 
 NEVER_S = 1.0e6
 """A time that does not come within any horizon [s]."""
@@ -111,8 +108,8 @@ class TargetLike(Protocol):
         """1 its velocity is known well enough to decide by."""
 
 
-class Boat(Struct, frozen=True, gc=False):
-    """One boat of the fleet, on its path: the own one, or a mate that sails the same decision."""
+class Afloat(Struct, frozen=True, gc=False):
+    """How one boat of the fleet lies and moves."""
 
     x: float  # north [m]
     y: float  # east [m]
@@ -121,8 +118,13 @@ class Boat(Struct, frozen=True, gc=False):
     r: float  # yaw rate, + to starboard [rad/s]
     s: float  # abscissa of its virtual target [m]
     cruise: float  # speed it sails along its path [m/s]
-    path: PathLike
     limits: Limits
+
+
+class Boat(Afloat, frozen=True, gc=False):
+    """One boat of the fleet, on its path: the own one, or a mate that sails the same decision."""
+
+    path: PathLike
 
 
 class Mate(Struct, frozen=True, gc=False):
@@ -173,27 +175,6 @@ class Order(Struct, frozen=True, gc=False):
     action: Action  # acting 0: everybody resumes; `at` on the receiver's clock
     target: float  # number of the vessel that decides, -1 none
     reason: float  # Reason
-
-
-class Memory(Struct, frozen=True, gc=False):
-    """What a boat remembers from tick to tick."""
-
-    encounters: tuple[Encounter, ...]  # by number
-    sailed: Action  # what is sailed now
-    ordered: Action  # what was decided last; sailed from `ordered.at` on
-    turning: float  # 1 until the named way round is nearly done
-    decided_s: float  # when it was decided last
-    due_s: float  # when the next look is due
-    bad_s: float  # seconds for which the held action has failed
-    free_s: float  # seconds for which the path has been clear
-    beside_s: float  # seconds for which the path's course has been clear beside the path
-    banked: float  # 1 the held course is bent by a bank
-    serial: float  # decisions so far, resuming included
-    target: float  # number of the vessel of the last decision, -1 none
-    reason: float  # Reason of the last decision
-    waited_s: float  # seconds a follower has seen the need to act without an order
-    alone: float  # 1 a follower that decided for itself, until it resumes
-    search: Search | None  # a decision that goes on in the next tick
 
 
 class Contact(Struct, frozen=True, gc=False):

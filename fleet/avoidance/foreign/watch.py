@@ -10,6 +10,7 @@ from fleet import ops
 from fleet.avoidance.foreign.banks import within
 from fleet.avoidance.foreign.domain import Domain, domain
 from fleet.avoidance.foreign.encounter import Bearing, bearing, look
+from fleet.avoidance.foreign.memory import Memory
 from fleet.avoidance.foreign.params import ForeignParams
 from fleet.avoidance.foreign.rollout import (
     entry,
@@ -20,7 +21,6 @@ from fleet.avoidance.foreign.types import (
     Boat,
     Edge,
     Encounter,
-    Memory,
     TargetLike,
 )
 

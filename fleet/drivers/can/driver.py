@@ -25,12 +25,20 @@ MOST_ERRORS = 5  # one after the other, and the bus is taken for lost
 SEND_S = 0.05
 
 
+def must_have_libraries() -> None:
+    """ConfigError where python-can and cantools are not installed."""
+    try:
+        import can  # noqa: F401
+        import cantools  # noqa: F401
+    except ImportError as error:
+        raise ConfigError(
+            f"driver can needs {error.name}, which is not installed; pip install 'fleet-usv[can]'"
+        ) from None
+
+
 def connect(config: CanConfig) -> Any:
     """python-can's bus; ConfigError where such a bus cannot be."""
-    try:
-        import can
-    except ImportError as error:
-        raise ConfigError(f"driver.kind 'can' needs python-can ({error}); install fleet-usv[can]") from None
+    import can
     from can.interfaces import VALID_INTERFACES
 
     if config.interface not in VALID_INTERFACES:
@@ -77,10 +85,8 @@ class CanDriver:
 
     def open(self) -> None:
         """Read the DBC, connect, listen."""
-        try:
-            frames = Frames(self._config.dbc)
-        except ImportError as error:
-            raise ConfigError(f"driver.kind 'can' needs cantools ({error}); install fleet-usv[can]") from None
+        must_have_libraries()
+        frames = Frames(self._config.dbc)
         _must_fit(self._config, frames)
         self._helm = Helm(self._config, frames, warp=self._warp)
         self._bus = connect(self._config)
@@ -194,10 +200,10 @@ class CanDriver:
             return
         self._errors = 0
         self._listened_s = math.inf
-        self.reopened += 1
         log.warning("the CAN bus is open again", extra={"event": "can-again"})
         with self._lock:
             self._bus_trouble = ""
+        self.reopened += 1
 
     def _leave(self) -> None:
         try:

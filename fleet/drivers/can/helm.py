@@ -11,13 +11,13 @@ import logging
 import math
 
 from fleet.drivers.can.config import CanConfig
+from fleet.drivers.can.decoder import Decoder
 from fleet.drivers.can.frames import (
     COMMANDED,
     FAULT,
     MODES,
     STOPPING,
     Battery,
-    Decoder,
     Frame,
     Frames,
     Navigation,

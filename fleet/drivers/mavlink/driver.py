@@ -64,6 +64,7 @@ class MavlinkDriver:
         self._said: list[str] = []
         self._reboots = 0
         self._taken = False  # we drive the boat, or did last
+        self._guided = False  # the mode was GUIDED at the reading before
         self._parked = -1  # the mode in which we left the boat ourselves
         self._permit_ns = self._wanted_ns = self._read_ns = self._began_ns = 0
         self._asked_ns: dict[str, int] = {}  # what -> when we asked for it last
@@ -84,8 +85,11 @@ class MavlinkDriver:
             frames = self.frames
             for message in frames.datagram(payload) if self.link.datagrams else frames.stream(payload):
                 self._take(message, now_ns)
-        vehicle = self.vehicle
-        self._taken = self._taken and vehicle.armed and vehicle.mode == words.GUIDED
+        vehicle, was_guided = self.vehicle, self._guided
+        self._guided = vehicle.mode == words.GUIDED
+        if was_guided and not self._guided and vehicle.mode != self._parked:
+            self._permit_ns = 0  # somebody else does not want it so
+        self._taken = self._taken and vehicle.armed and self._guided
         self._converse(now_ns)
         reading = vehicle.reading(now_ns)
         authority, trouble = self._authority(now_ns), self._trouble(now_ns)
@@ -185,7 +189,6 @@ class MavlinkDriver:
         if self.vehicle.reboots != self._reboots:
             self._reboots = self.vehicle.reboots
             self._permit_ns, self._parked = 0, -1
-            self._asked_ns.clear()
             self._said.append("the autopilot was restarted")
         if self.vehicle.silent_s(now_ns) > SILENT_S:
             return

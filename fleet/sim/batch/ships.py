@@ -276,7 +276,7 @@ class _Fleet:
     def _boat(self, i: int) -> Boat:
         hull = self.hulls[i]
         chi, U = _over_ground(*self.model.velocity(hull, self.water), hull.psi)
-        return Boat(hull.x, hull.y, chi, U, hull.r, self.s[i], self.case.cruise, self.paths[i], self.case.limits)
+        return Boat(hull.x, hull.y, chi, U, hull.r, self.s[i], self.case.cruise, self.case.limits, self.paths[i])
 
     def _decide(self, i: int, boat: Boat, heard: Sequence[State], targets: Sequence[Target], now: float) -> Advice:
         edges, memory, params = self.case.edges, self.memories[i], self.params
@@ -295,7 +295,7 @@ class _Fleet:
 
     def _fellow(self, o: State) -> Boat:
         """A boat of the formation as the leader knows it."""
-        return Boat(o.x, o.y, o.chi, o.U, o.r, o.s, self.case.cruise, self.paths[o.boat], self.case.limits)
+        return Boat(o.x, o.y, o.chi, o.U, o.r, o.s, self.case.cruise, self.case.limits, self.paths[o.boat])
 
     def _error(self, i: int, heard: Sequence[State]) -> float:
         """Along-path error of a boat, as it knows the others [m]."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+from fleet.drivers.can.decoder import Decoder
 from fleet.drivers.can.frames import (
     COMMANDED,
     FAULT,
@@ -16,7 +17,6 @@ from fleet.drivers.can.frames import (
     STANDBY,
     STOPPING,
     Battery,
-    Decoder,
     Frame,
     Frames,
     Navigation,

@@ -15,6 +15,7 @@ from fleet.mission.problem import Key, Problem, dotted, show
 from fleet.mission.structure import problems
 from fleet.sim.sweep.check import check
 from fleet.sim.sweep.model import Spec
+from fleet.sim.sweep.ships import foreign
 
 Words = tuple[str, ...]
 MOST_POINTS = 1000
@@ -130,6 +131,9 @@ def specs_of(tree: dict[str, Any], grid: Grid) -> tuple[tuple[Spec, ...], list[P
         for problem in wrong:
             moved = grid.moved(problem, at)
             found.setdefault(moved.text(), moved)
+    if len({foreign(spec) for spec in specs}) > 1:
+        mixed = Problem(("grid", "layout", "kind"), "with and without foreign vessels; expected one of the two")
+        found[mixed.text()] = mixed
     return tuple(specs), list(found.values())
 
 

@@ -116,6 +116,7 @@ def _meeting(
         if mine(EVENLY) < mine(layout.opposite):
             chi += math.pi
         before, turn, rate = mine(layout.turn_before_s), mine(layout.turn_deg), mine(layout.turn_rate_radps)
+        turn *= 1.0 if mine(EVENLY) < 0.5 else -1.0
         vx, vy = U * math.cos(chi), U * math.sin(chi)
         wx, wy = alone.cruise * point.tx - vx, alone.cruise * point.ty - vy
         w = math.hypot(wx, wy)

@@ -34,7 +34,7 @@ def target(
 
 def boat(x: float = 0.0, y: float = 0.0, cruise: float = 1.0, path: Path = PATH, chi: float = 0.0) -> Boat:
     """A boat on its way north."""
-    return Boat(x, y, chi, cruise, 0.0, path.project(x, y), cruise, path, LIMITS)
+    return Boat(x, y, chi, cruise, 0.0, path.project(x, y), cruise, LIMITS, path)
 
 
 def meeting(course_deg: float, U: float, after_s: float, length: float = 20.0, number: float = 1.0) -> Target:
@@ -68,7 +68,7 @@ class Sea:
         """So much later."""
         for _ in range(round(seconds * 10)):
             hull = self.hull
-            own = Boat(hull.x, hull.y, hull.psi, hull.u, hull.r, self.s, self.cruise, self.path, LIMITS)
+            own = Boat(hull.x, hull.y, hull.psi, hull.u, hull.r, self.s, self.cruise, LIMITS, self.path)
             self.memory, advice = keep_clear((own,), self.now(), self.mates, self.edges, self.memory, P, self.t)
             self.advice = advice
             if advice.decided > 0.5:

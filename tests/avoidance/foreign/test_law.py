@@ -218,7 +218,7 @@ def test_a_follower_holds_the_order_until_it_is_told_to_resume() -> None:
     assert advice.acting == 0.0
 
 
-def test_a_follower_without_an_order_acts_alone_two_seconds_after_it_had_to() -> None:
+def test_a_follower_without_an_order_acts_alone_four_seconds_after_it_had_to() -> None:
     t, memory = meeting(90.0, 3.0, 25.0), START
     begun = None
     for k in range(40):
@@ -233,6 +233,35 @@ def test_a_follower_without_an_order_acts_alone_two_seconds_after_it_had_to() ->
     assert begun is not None
     assert late == P.order_wait_s
     assert (advice.reason, memory.alone) == (Reason.NO_ORDER, 1.0)
+
+
+def test_an_order_that_comes_just_after_a_follower_began_alone_is_taken_a_later_one_is_not() -> None:
+    _, order = leads()
+    free = (target(5000.0, 5000.0),)
+    began = structs.replace(
+        START, ordered=structs.replace(order.action, a=-1.0, at=0.0), alone=1.0, reason=float(Reason.NO_ORDER),
+        decided_s=10.0, due_s=1e9,
+    )  # fmt: skip
+    soon, advice = sail_order(COLUMN[1], free, (), (), order, True, began, P, 10.0 + P.order_wait_s)
+    assert (soon.alone, advice.a, advice.reason) == (0.0, order.action.a, Reason.ORDER)
+    late, advice = sail_order(COLUMN[1], free, (), (), order, True, began, P, 10.1 + P.order_wait_s)
+    assert (late.alone, advice.a) == (1.0, -1.0)
+
+
+def test_a_leader_of_many_boats_decides_over_some_ticks_and_says_so_once() -> None:
+    t = tuple(meeting(150.0 + 20.0 * k, 3.0, 38.0, number=float(k)) for k in range(4))
+    boats = tuple(boat(x=10.0 * k) for k in range(8))
+    memory, decided, pending = START, [], []
+    for k in range(60):
+        memory, advice = keep_clear(boats, t, (), (), memory, P, 0.1 * k)
+        pending.append(memory.search is not None)
+        if advice.decided > 0.5:
+            decided.append(k)
+    assert len(decided) == 1
+    first = pending.index(True)
+    assert 2 <= decided[0] - first <= 20
+    assert all(pending[first : decided[0]])
+    assert not any(pending[decided[0] :])
 
 
 def test_a_boat_that_is_cut_off_decides_for_itself_and_joins_again_after_resuming() -> None:

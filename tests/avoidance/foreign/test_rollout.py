@@ -40,7 +40,7 @@ def sailed(path: Path, x: float, y: float, chi: float, seconds: float) -> list[t
 def test_the_way_along_the_path_is_the_one_that_is_sailed(
     path: Path, x: float, y: float, chi: float, within: float
 ) -> None:
-    way = following(Boat(x, y, chi, 1.0, 0.0, path.project(x, y), 1.0, path, LIMITS), 60.0, P)
+    way = following(Boat(x, y, chi, 1.0, 0.0, path.project(x, y), 1.0, LIMITS, path), 60.0, P)
     truth = sailed(path, x, y, chi, 60.0)
     for t, wx, wy in zip(way.t, way.x, way.y, strict=True):
         if t == round(t):

@@ -222,6 +222,14 @@ def test_a_killed_process_leaves_the_controllers_watchdog_to_stop_the_boat() -> 
         sea.device.close()
 
 
+@pytest.mark.parametrize("library", ["can", "cantools"])
+def test_without_its_libraries_it_says_what_to_install(library: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(ConfigError) as caught:
+        CanDriver(CanConfig(), time.monotonic_ns).open()
+    assert str(caught.value) == (f"driver can needs {library}, which is not installed; pip install 'fleet-usv[can]'")
+
+
 @pytest.mark.parametrize(
     ("config", "message"),
     [

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from fleet.drivers.can.decoder import Decoder
 from fleet.drivers.can.frames import (
     COMMANDED,
     FIX_2D,
     FIX_3D,
     Battery,
-    Decoder,
     Frames,
     Navigation,
     Status,

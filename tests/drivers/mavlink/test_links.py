@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import socket
+import sys
 import tty
 from typing import Any
 
@@ -115,6 +116,7 @@ def test_tcp_sends_whole_frames_or_none_and_nothing_waits_in_a_queue() -> None:
         assert link.receive() == [beat(4)]
         said = {link.send(b"x" * 200) for _ in range(200_000)}  # nobody reads
         assert said == {"", "the link to the autopilot is jammed"}
+        assert link._unsent() <= 256 + 200, "what waits is at most a frame more"
         theirs.close()
         for _ in range(3):
             link.receive()
@@ -165,3 +167,9 @@ def test_a_configuration_without_an_endpoint_or_with_two_equal_sysids_is_refused
         MavlinkConfig().check()
     with pytest.raises(ConfigError, match="own_sysid = 9: the autopilot's sysid"):
         MavlinkConfig(endpoint="udp:127.0.0.1:14550", sysid=9, own_sysid=9).check()
+
+
+def test_without_pymavlink_it_is_said_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pymavlink.dialects.v20", None)
+    with pytest.raises(ConfigError, match=r"pip install 'fleet-usv\[mavlink\]'"):
+        dialect()

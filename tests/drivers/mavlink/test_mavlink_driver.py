@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+import socket
 from collections.abc import Callable
 
 import pytest
 
 from fleet.drivers.mavlink import words
-from fleet.drivers.mavlink.driver import STREAMS
+from fleet.drivers.mavlink.config import MavlinkConfig
+from fleet.drivers.mavlink.driver import STREAMS, MavlinkDriver
 from fleet.sim.autopilot.guided import Aim
-from tests.drivers.mavlink.bench import STEP_NS, Bench
+from tests.drivers.mavlink.bench import BEGIN_NS, STEP_NS, Bench
 
 Make = Callable[..., Bench]
 
@@ -251,10 +253,22 @@ def test_a_restart_of_the_autopilot_withdraws_the_permission(bench: Bench) -> No
     assert not bench.rover.armed
 
 
+def test_a_pilot_who_leaves_guided_before_the_boat_is_armed_is_not_fought(bench: Bench) -> None:
+    bench.fix = False
+    bench.run(12.0)
+    bench.driver.obeyed("launch")
+    bench.run(5.0, (0.0, 0.0))
+    assert bench.mode == "GUIDED"
+    bench.rover.pilot(words.HOLD)
+    bench.fix = True
+    bench.run(20.0, (0.0, 0.0))
+    assert (bench.mode, bench.rover.armed) == ("HOLD", False)
+
+
 def test_a_launch_makes_the_boat_ready_before_it_takes_effect_and_a_stop_undoes_that(bench: Bench) -> None:
     bench.run(2.0)
     bench.driver.obeyed("launch")
-    bench.run(4.0)
+    bench.run(8.0)
     assert (bench.mode, bench.rover.armed) == ("GUIDED", True)
     bench.driver.obeyed("stop-now")
     bench.run(5.0)
@@ -328,3 +342,36 @@ def test_an_autopilot_that_falls_silent_is_said_within_four_seconds(driven: Benc
     silent_s = driven.until(lambda: bool(driven.reading.trouble), 5.0, (1.0, 0.0))
     assert silent_s <= 4.0
     assert driven.reading.trouble.startswith("the autopilot is silent for ")
+
+
+# -- other links -------------------------------------------------------------------------------------------------------
+def test_an_autopilot_that_sends_to_us_is_answered(bench_of: Make) -> None:
+    bench = bench_of(endpoint="udpin:127.0.0.1:0")
+    bench.rover.streams.know(("127.0.0.1", bench.driver.link.port))  # type: ignore[attr-defined]
+    bench.launch()
+    bench.run(5.0, (0.5, 0.0))
+    assert bench.state.u > 0.3
+
+
+def test_a_connection_that_was_lost_is_opened_again_at_once_and_then_every_two_seconds() -> None:
+    now_ns = BEGIN_NS
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        driver = MavlinkDriver(MavlinkConfig(endpoint=f"tcp:127.0.0.1:{server.getsockname()[1]}"), lambda: now_ns)
+        driver.open()
+        server.accept()[0].close()
+        driver.read()
+        assert driver.link.up
+        server.accept()[0].close()
+        now_ns += 1_000_000_000
+        driver.read()
+        assert not driver.link.up
+        assert driver.write(1.0, 0.0).startswith("no autopilot with sysid 1 at tcp:")
+        now_ns += 1_000_000_000
+        driver.read()
+        now_ns += 100_000_000
+        driver.read()
+        again, _ = server.accept()
+        again.settimeout(5.0)
+        assert again.recv(500)[0] == 0xFD, "our HEARTBEAT"
+        again.close()
+        driver.close()

@@ -69,7 +69,7 @@ def test_a_damaged_part_and_one_of_other_cases_are_missing_and_named(tmp_path: P
     first, second, *others = store.sweep.parts
     content = pack(sail(store.family, SEED, first))
     store.keep(first, content)
-    middle = len(content) // 2
+    middle = content.index(b'"family"')  # within what has a checksum
     store.part_file(first).write_bytes(content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :])
     shifted = sail(store.family, SEED, Part(1, 5, 5))
     store.keep(second, pack(shifted))

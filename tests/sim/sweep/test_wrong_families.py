@@ -16,10 +16,11 @@ from fleet.sim.sweep import distributions, model
 from fleet.sim.sweep.checks import CHECKS
 from fleet.sim.sweep.family import load, loads, ready
 
-from .wrong_families import COLUMN, FAMILY, WRONG, WRONG_COLUMN, WRONG_SETS, tables
+from .wrong_families import COLUMN, FAMILY, SHIP, WRONG, WRONG_COLUMN, WRONG_SETS, WRONG_SHIP, tables
 
 MANUAL = Path(__file__).parents[3] / "docs" / "sweeps.md"
 ROWS = [(FAMILY, *row) for row in WRONG] + [(COLUMN, *row) for row in WRONG_COLUMN]
+ROWS += [(SHIP, *row) for row in WRONG_SHIP]
 
 
 def problems_of(text: str, *overrides: str) -> tuple[str, ...]:
@@ -28,7 +29,7 @@ def problems_of(text: str, *overrides: str) -> tuple[str, ...]:
     return caught.value.problems
 
 
-@pytest.mark.parametrize("text", [FAMILY, COLUMN])
+@pytest.mark.parametrize("text", [FAMILY, COLUMN, SHIP])
 def test_the_families_that_the_table_spoils_are_right(text: str) -> None:
     assert loads(text).cases == 100
 
@@ -100,7 +101,8 @@ VALUES += (
 
 
 @given(
-    st.sampled_from([FAMILY, COLUMN]), st.lists(st.tuples(st.sampled_from(KEYS), st.sampled_from(VALUES)), max_size=3)
+    st.sampled_from([FAMILY, COLUMN, SHIP]),
+    st.lists(st.tuples(st.sampled_from(KEYS), st.sampled_from(VALUES)), max_size=3),
 )
 @settings(deadline=None, max_examples=80)
 def test_whatever_is_set_a_family_can_be_drawn_or_is_refused(text: str, sets: list[tuple[str, str]]) -> None:
@@ -108,14 +110,17 @@ def test_whatever_is_set_a_family_can_be_drawn_or_is_refused(text: str, sets: li
         family = loads(text, "f", [f"{key}={value}" for key, value in sets], cases=3)
     except FamilyError:
         return
-    assert family.scenarios(1, family.points[-1], range(3)).count == 3
+    if family.foreign:
+        assert len(family.ships(1, family.points[-1], range(3))) == 3
+    else:
+        assert family.scenarios(1, family.points[-1], range(3)).count == 3
     assert loads(family.text) == family
 
 
 # the manual
 
 
-@pytest.mark.parametrize("part", [FAMILY, COLUMN, *tables()])
+@pytest.mark.parametrize("part", [FAMILY, COLUMN, SHIP, *tables()])
 def test_the_manual_prints_what_the_code_does(part: str) -> None:
     assert part in MANUAL.read_text(encoding="utf-8")
 

@@ -107,6 +107,7 @@ WRONG: tuple[tuple[str, str, str], ...] = (  # what stands there, what is writte
     # checks
     ("collisions_max = 0", "colisions_max = 0", 'checks.colisions_max = 0 (line 20): no such check; did you mean "collisions_max"?'),
     ("collisions_max = 0", "collisions_max = -1", "checks.collisions_max = -1 (line 20): expected at least 0"),
+    ("collisions_max = 0", "contacts_max = 0", "checks.contacts_max = 0 (line 20): there is no such figure without foreign vessels"),
     ("collisions_max = 0", "arrived_min = 99", "checks.arrived_min = 99 (line 20): expected at most 1"),
 )  # fmt: skip
 
@@ -137,6 +138,44 @@ WRONG_COLUMN: tuple[tuple[str, str, str], ...] = (
     ('kind = "column"\nalong_m = { even = [-2.0, 2.0] }', 'kind = "merging"\nmeet_s = 3.0', "layout.meet_s = 3 (line 8): boats begin in the bend; expected more"),
 )  # fmt: skip
 
+SHIP = """\
+title = "A formation meets a vessel"
+boats = 3
+cases = 100
+
+[layout]
+kind = "vessels"
+vessels = { one_of = [1, 2] }
+
+[formation]
+spacing_m = 10.0
+cruise_mps = 1.0
+
+[radio]
+loss = 0.1
+
+[checks]
+contacts_max = 0
+"""
+"""A right family with foreign vessels; spoilt by the rows of the third list."""
+
+WRONG_SHIP: tuple[tuple[str, str, str], ...] = (
+    ("one_of = [1, 2]", "one_of = [0, 2]", "layout.vessels (line 7): expected 1 to 8"),
+    ("one_of = [1, 2]", "even = [1, 9]", "layout.vessels (line 7): expected 1 to 8"),
+    ("vessels = { one_of = [1, 2] }", 'sensor = "radar"', 'layout.sensor = "radar" (line 7): expected one of ais, exact, mixed, positions'),
+    ('kind = "vessels"\nvessels = { one_of = [1, 2] }', 'kind = "imazu"\ngeometry = 23', "layout.geometry = 23 (line 7): expected a whole number from 1 to 22"),
+    ("[formation]\nspacing_m = 10.0\ncruise_mps = 1.0", "", "formation: missing, 3 boats that meet vessels need spacing_m and cruise_mps"),
+    ("boats = 3", "boats = 1", "formation (line 9): one boat is none; expected boats of at least 2"),
+    ("spacing_m = 10.0", "spacing_m = 7.0", "formation.spacing_m = 7 (line 10): boats can come to be 7 m apart; at least 8.0 m"),
+    ("cruise_mps = 1.0", "cruise_mps = 1.45", "formation.cruise_mps = 1.45 (line 11): expected 0.1 to 1.4 m/s, as boats can sail"),
+    ("loss = 0.1", "clock_error_s = 0.1", "radio.clock_error_s = 0.1 (line 14): not with foreign vessels; expected none"),
+    ("[radio]", "[trouble]\nnot_avoiding = [1]\n\n[radio]", "trouble (line 13): not with foreign vessels; expected none"),
+    ("[radio]", '[keeping_clear]\nmethod = "circle"\n\n[radio]', 'keeping_clear.method = "circle" (line 14): not with foreign vessels; expected none'),
+    ("vessels = { one_of = [1, 2] }", "bend_deg = 40.0\nbank_m = 15.0", "layout.bank_m = 15 (line 8): the path bends; a bank lies beside a straight one"),
+    ("vessels = { one_of = [1, 2] }", "bend_deg = 40.0\nbend_before_s = 130.0", "layout.bend_before_s = 130 (line 8): before the start; expected less than meet_s"),
+    ("contacts_max = 0", "standstills_max = 0", "checks.standstills_max = 0 (line 17): there is no such figure with foreign vessels"),
+)  # fmt: skip
+
 WRONG_SETS: tuple[tuple[str, str], ...] = (  # after --set, with the first family; the message
     ("boats", '--set = "boats": expected dotted.key=value'),
     ("boats=0", "boats = 0 (--set): expected a whole number from 1 to 100"),
@@ -151,7 +190,7 @@ WRONG_SETS: tuple[tuple[str, str], ...] = (  # after --set, with the first famil
 
 def tables() -> list[str]:
     """The rows as the manual prints them."""
-    both = [_table("| right | wrong | message |", rows) for rows in (WRONG, WRONG_COLUMN)]
+    both = [_table("| right | wrong | message |", rows) for rows in (WRONG, WRONG_COLUMN, WRONG_SHIP)]
     lines = [
         "| `--set` | message |",
         "|---|---|",
