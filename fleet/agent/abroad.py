@@ -12,8 +12,8 @@ from msgspec import Struct, structs
 
 from fleet import ops
 from fleet.avoidance.foreign import law
-from fleet.avoidance.foreign.params import ForeignParams
 from fleet.avoidance.foreign.memory import Memory
+from fleet.avoidance.foreign.params import ForeignParams
 from fleet.avoidance.foreign.types import Advice, Boat, Edge, Mate, Order, PathLike
 from fleet.avoidance.types import Peer
 from fleet.guidance import Limits

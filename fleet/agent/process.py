@@ -129,7 +129,7 @@ class Converses(Protocol):
 
 
 def join(agent: Agent, driver: Driver) -> Callable[[], None]:
-    """Lets an agent's driver hear what operators order; what is returned lets them hear the driver, a tick at a time."""
+    """Lets a driver hear what operators order; what is returned lets them hear the driver, a tick at a time."""
     hardware_of = driver.hardware if isinstance(driver, Beside) else driver
     if not isinstance(hardware_of, Converses):
         return lambda: None
