@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -29,12 +30,18 @@ def draw(folder: Path | str, out: Path | str, series: Series | None = None) -> P
     Raises:
         UsageError: matplotlib is not installed
     """
+    return drawn(picture, folder, out, series, 130)
+
+
+def drawn(
+    figure: Callable[[Series, Chart, str], Any], folder: Path | str, out: Path | str, series: Series | None, dpi: int
+) -> Path:
+    """Draw one kind of figure of the run in a folder into a file."""
     series = load(folder) if series is None else series
     tree = mission_tree(Path(folder))
-    figure = picture(series, chart_of(tree), title_of(series, tree))
     target = Path(out)
     target.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(target, dpi=130)
+    figure(series, chart_of(tree), title_of(series, tree)).savefig(target, dpi=dpi)
     return target
 
 

@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 
 from fleet.analysis.canvas import INK, canvas, look
-from fleet.analysis.chart import Chart, chart_of
-from fleet.analysis.figures import title_of
+from fleet.analysis.chart import Chart
+from fleet.analysis.figures import drawn
 from fleet.analysis.figures_map import approach_marks, draw_map, shape, symbols
 from fleet.analysis.figures_time import line, separations, speeds
-from fleet.analysis.metrics import mission_tree
 from fleet.analysis.separation import Approach, approaches
-from fleet.analysis.series import Series, load
+from fleet.analysis.series import Series
 
 WIDTH_IN = 10.0
 CLOSE_S = (30.0, 20.0)  # before and after the closest approach, drawn enlarged
@@ -34,13 +33,7 @@ def draw_paper(folder: Path | str, out: Path | str, series: Series | None = None
     Raises:
         UsageError: matplotlib is not installed
     """
-    series = load(folder) if series is None else series
-    tree = mission_tree(Path(folder))
-    figure = paper_figure(series, chart_of(tree), title_of(series, tree))
-    target = Path(out)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(target, dpi=DPI)
-    return target
+    return drawn(paper_figure, folder, out, series, DPI)
 
 
 def paper_figure(series: Series, chart: Chart, title: str) -> Any:

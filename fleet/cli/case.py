@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
 
 from fleet.cli import say
 from fleet.errors import UsageError
 
 if TYPE_CHECKING:
-    from fleet.sim.batch import Results
     from fleet.sim.sweep.family import Family
 
 EXPECTED = "expected FAMILY:SEED/CASE, or FAMILY:SEED/POINT/CASE where the family has a grid"
@@ -21,33 +23,85 @@ def sail_case(
     """Sail it, tell about it, keep its trace and picture; the exit code."""
     import json as json_
 
+    import numpy as np
+
     from fleet.recording.runs import new_run
-    from fleet.sim.sweep import alone
     from fleet.sim.sweep.family import read_case
     from fleet.sim.sweep.store import write_text
 
     family, name = _family(text, boats, method)
-    seed, point, case = read_case(family, name)
-    if family.foreign:
-        from fleet.cli.case_ships import sail_ship_case
-
-        return sail_ship_case(family, name, (seed, point, case), json=json, picture=picture, record=record, runs=runs)
-    results = alone.sail_case(family, seed, point, case)
-    told = alone.told(family, seed, point, results)
+    case = (_with_vessels if family.foreign else _of_boats)(family, *read_case(family, name))
+    told = case.told
     written: list[tuple[str, Path]] = []
     if picture or record:
         folder = new_run(runs, f"case-{family.name}-{name.replace('/', '-')}").folder
         write_text(folder / "case.json", json_.dumps(say.finite(told), indent=1, ensure_ascii=False) + "\n")
         written.append(("case", folder))
         if record:
-            written.append(("trace", _keep(results, folder / "trace.npz")))
+            np.savez_compressed(folder / "trace.npz", **case.trace)
+            written.append(("trace", folder / "trace.npz"))
         if picture:
-            written += _draw(results, told, folder)
+            written += _draw(case, folder / "picture.png")
     if json:
         say.out_json({**told, **{what: str(where) for what, where in written if what != "case"}})
     else:
-        _print(told, written)
+        _print(case, written)
     return 1 if told["failed"] else 0
+
+
+class Case(Struct, frozen=True, kw_only=True):
+    """A case that was sailed alone."""
+
+    told: dict[str, Any]
+    trace: dict[str, Any]
+    """Arrays by name."""
+    figure: Callable[[str], Any]
+    """Of a title."""
+    lines: Callable[[dict[str, Any]], list[str]]
+    """What a person wants to know."""
+    passed: str
+    """Words for a case that did not fail."""
+
+
+def _of_boats(family: Family, seed: int, point: int, case: int) -> Case:
+    """A case among boats of the fleet."""
+    from msgspec import structs
+
+    from fleet.sim.sweep import alone
+
+    def figure(title: str) -> Any:
+        from fleet.sim.sweep.pictures import tracks
+
+        return tracks(results, title)
+
+    results = alone.sail_case(family, seed, point, case)
+    return Case(
+        told=alone.told(family, seed, point, results),
+        trace=structs.asdict(results.traces[0]),
+        figure=figure,
+        lines=_lines,
+        passed="no collision, no standstill",
+    )
+
+
+def _with_vessels(family: Family, seed: int, point: int, case: int) -> Case:
+    """A case with foreign vessels."""
+    from fleet.cli.case_ships import lines
+    from fleet.sim.sweep import ships_alone
+
+    def figure(title: str) -> Any:
+        from fleet.sim.sweep.ships_pictures import tracks
+
+        return tracks(one.case, one.voyage, title)
+
+    one = ships_alone.sail_ship_case(family, seed, point, case)
+    return Case(
+        told=ships_alone.told(family, seed, point, one),
+        trace=ships_alone.trace(one),
+        figure=figure,
+        lines=lines,
+        passed="no contact, 0.8 of every domain kept",
+    )
 
 
 def _family(text: str, boats: int | None, method: str | None) -> tuple[Family, str]:
@@ -66,51 +120,43 @@ def _family(text: str, boats: int | None, method: str | None) -> tuple[Family, s
     return loads(find(where).sweep.text), name
 
 
-def _keep(results: Results, path: Path) -> Path:
-    """The trace as arrays (tick, boat)."""
-    import msgspec
-    import numpy as np
-
-    np.savez_compressed(path, **msgspec.structs.asdict(results.traces[0]))
-    return path
-
-
-def _draw(results: Results, told: dict[str, Any], folder: Path) -> list[tuple[str, Path]]:
-    from fleet.sim.sweep.pictures import tracks
-
+def _draw(case: Case, path: Path) -> list[tuple[str, Path]]:
     try:
-        figure = tracks(results, ": ".join([told["case"], "; ".join(told["why"]) or "nothing failed"]))
+        figure = case.figure(": ".join([case.told["case"], "; ".join(case.told["why"]) or "nothing failed"]))
     except UsageError as error:
         say.hint(str(error))
         return []
-    figure.savefig(folder / "picture.png", dpi=130)
-    return [("picture", folder / "picture.png")]
+    figure.savefig(path, dpi=130)
+    return [("picture", path)]
 
 
-def _print(told: dict[str, Any], written: list[tuple[str, Path]]) -> None:
-    say.out(say.paint(told["case"], "bold"))
-    say.out(f"method {told['method']}, R = {told['radius_m']:g} m, sailed for {told['ended_s']:.1f} s")
+def _print(case: Case, written: list[tuple[str, Path]]) -> None:
+    say.out(say.paint(case.told["case"], "bold"))
+    for line in case.lines(case.told):
+        say.out(line)
+    say.out()
+    if case.told["failed"]:
+        say.out(say.paint(f"FAILED: {'; '.join(case.told['why'])}", "red"))
+    else:
+        say.out(say.paint(f"passed: {case.passed}", "green"))
+    for line in say.aligned([(what, str(where)) for what, where in written]):
+        say.out(line)
+
+
+def _lines(told: dict[str, Any]) -> list[str]:
+    lines = [f"method {told['method']}, R = {told['radius_m']:g} m, sailed for {told['ended_s']:.1f} s"]
     near = told["closest"]
     if near is not None:
         first, second = near["boats"]
-        say.out(f"least separation {near['distance_m']:.2f} m, boats {first} and {second} at {near['at_s']:.1f} s; "
-                f"{told['inside_s']:.1f} s within R")  # fmt: skip
-    say.out()
+        apart = f"least separation {near['distance_m']:.2f} m, boats {first} and {second} at {near['at_s']:.1f} s"
+        lines.append(f"{apart}; {told['inside_s']:.1f} s within R")
     heads = ("boat", "nominal s", "arrived s", "delay s", "switches", "cross-track rms m", "formation rms m", "")
     rows: list[tuple[str, ...]] = [heads]
     for one in told["boats"]:
         figures = [_shown(one[key]) for key in ("nominal_s", "arrived_s", "delay_s")]
         errors = [f"{one[key]:.2f}" for key in ("cross_track_rms_m", "formation_rms_m")]
         rows.append((str(one["boat"]), *figures, str(one["switches"]), *errors, "stood still" if one["stood"] else ""))
-    for line in say.aligned(rows, right=range(7), indent="  "):
-        say.out(line)
-    say.out()
-    if told["failed"]:
-        say.out(say.paint(f"FAILED: {'; '.join(told['why'])}", "red"))
-    else:
-        say.out(say.paint("passed: no collision, no standstill", "green"))
-    for line in say.aligned([(what, str(where)) for what, where in written]):
-        say.out(line)
+    return [*lines, "", *say.aligned(rows, right=range(7), indent="  ")]
 
 
 def _shown(value: float) -> str:

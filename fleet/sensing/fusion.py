@@ -12,6 +12,7 @@ from typing import Annotated
 from msgspec import Meta, Struct, structs
 
 from fleet import ops
+from fleet.sensing.kalman import by_position, by_velocity
 
 Positive = Annotated[float, Meta(gt=0.0)]
 
@@ -203,43 +204,18 @@ def _fixed(fused: Fused, sensors: Sensors, dt: float, params: FusionParams) -> F
             fused, x=x, y=y, vx=start[0], vy=start[1], P11=R, P12=0.0, P22=sigma_v * sigma_v,
             told=sensors.sigma, no_fix=0.0, refused=0.0,
         )  # fmt: skip
-    fused = structs.replace(_by_position(fused, dx, dy, R), told=sensors.sigma, no_fix=0.0, refused=0.0)
+    fused = structs.replace(by_position(fused, dx, dy, R), told=sensors.sigma, no_fix=0.0, refused=0.0)
     if knows_v:
-        fused = _by_velocity(fused, sensors.vx, sensors.vy, max(sensors.sigma_v, params.sigma_mps) ** 2, params)
+        fused = _gated(fused, sensors.vx, sensors.vy, max(sensors.sigma_v, params.sigma_mps) ** 2, params)
     return fused
 
 
-def _by_position(fused: Fused, dx: float, dy: float, R: float) -> Fused:
-    """Kalman update by a position that is off by (dx, dy) [m]."""
-    K1, K2 = fused.P11 / (fused.P11 + R), fused.P12 / (fused.P11 + R)
-    return structs.replace(
-        fused,
-        x=fused.x + K1 * dx,
-        y=fused.y + K1 * dy,
-        vx=fused.vx + K2 * dx,
-        vy=fused.vy + K2 * dy,
-        P11=fused.P11 - K1 * fused.P11,
-        P12=fused.P12 - K1 * fused.P12,
-        P22=fused.P22 - K2 * fused.P12,
-    )
-
-
-def _by_velocity(fused: Fused, vx: float, vy: float, R: float, params: FusionParams) -> Fused:
+def _gated(fused: Fused, vx: float, vy: float, R: float, params: FusionParams) -> Fused:
     """Kalman update by a velocity [m/s]; an outlier counts for nothing."""
     dx, dy = vx - fused.vx, vy - fused.vy
     if dx * dx + dy * dy > params.gate**2 * 2.0 * (fused.P22 + R):
         return structs.replace(fused, outliers=fused.outliers + 1.0)
-    K1, K2 = fused.P12 / (fused.P22 + R), fused.P22 / (fused.P22 + R)
-    return structs.replace(
-        fused,
-        x=fused.x + K1 * dx,
-        y=fused.y + K1 * dy,
-        vx=fused.vx + K2 * dx,
-        vy=fused.vy + K2 * dy,
-        P11=fused.P11 - K1 * fused.P12,
-        P12=fused.P12 - K1 * fused.P22,
-        P22=fused.P22 - K2 * fused.P22,
-    )
+    return by_velocity(fused, dx, dy, R)
 
 
 def _course(fused: Fused, dt: float, params: FusionParams) -> Fused:

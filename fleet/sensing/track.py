@@ -11,6 +11,7 @@ from typing import Annotated
 from msgspec import Meta, Struct, structs
 
 from fleet import ops
+from fleet.sensing.kalman import by_position, by_velocity
 
 Positive = Annotated[float, Meta(gt=0.0)]
 
@@ -151,21 +152,8 @@ def update_ais(
     if off > params.nis_most * 2.0 * (track.P22 + R_v):
         track = structs.replace(track, P22=track.P22 + off, alert=track.t + params.alert_s)
     track = _positioned(track, x, y, _variance(sigma, params), params)
-    dx, dy = vx - track.vx, vy - track.vy
-    per = 1.0 / (track.P22 + R_v)
-    K1, K2 = track.P12 * per, track.P22 * per
-    track = structs.replace(
-        track,
-        x=track.x + K1 * dx,
-        y=track.y + K1 * dy,
-        vx=track.vx + K2 * dx,
-        vy=track.vy + K2 * dy,
-        P11=track.P11 - K1 * track.P12,
-        P12=track.P12 - K1 * track.P22,
-        P22=track.P22 - K2 * track.P22,
-        heard=track.t,
-    )
-    return _turning(track, params)
+    track = by_velocity(track, vx - track.vx, vy - track.vy, R_v)
+    return _turning(structs.replace(track, heard=track.t), params)
 
 
 def seen(track: Track, now: float, params: TrackParams = PARAMS) -> Target:
@@ -211,23 +199,10 @@ def _positioned(track: Track, x: float, y: float, R: float, params: TrackParams)
     dx, dy = x - track.x, y - track.y
     off = 0.5 * (dx * dx + dy * dy)
     nis = (1.0 - params.nis_new) * track.nis + params.nis_new * off / (track.P11 + R)
-    P11, P22, alert = track.P11, track.P22, track.alert
+    track = structs.replace(track, nis=nis)
     if nis > params.nis_most:
-        P11, P22, alert = P11 + R, P22 + params.bump_v, track.t + params.alert_s
-    per = 1.0 / (P11 + R)
-    K1, K2 = P11 * per, track.P12 * per
-    return structs.replace(
-        track,
-        x=track.x + K1 * dx,
-        y=track.y + K1 * dy,
-        vx=track.vx + K2 * dx,
-        vy=track.vy + K2 * dy,
-        P11=P11 - K1 * P11,
-        P12=track.P12 - K1 * track.P12,
-        P22=P22 - K2 * track.P12,
-        nis=nis,
-        alert=alert,
-    )
+        track = structs.replace(track, P11=track.P11 + R, P22=track.P22 + params.bump_v, alert=track.t + params.alert_s)
+    return by_position(track, dx, dy, R)
 
 
 def _turning(track: Track, params: TrackParams) -> Track:
