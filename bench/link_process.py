@@ -15,7 +15,9 @@ import zenoh
 from fleet.agent.picture import Picture
 from fleet.agent.process import end_with_parent
 from fleet.geo import Datum, plane_of
-from fleet.wire.zenoh_bus import LinkConfig, ZenohBus, session_config
+from fleet.wire.link import LinkConfig
+from fleet.wire.zenoh_bus import ZenohBus
+from fleet.wire.zenoh_link import session_config
 
 FLEET, SENDER, RECEIVER = "bench", "sender", "receiver"
 BARE_KEY = "bench/bare"

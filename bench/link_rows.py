@@ -16,7 +16,9 @@ from bench.table import Row, Table
 from bench.timing import percentile
 from fleet.sim.processes import free_port
 from fleet.wire.codec import encode
-from fleet.wire.zenoh_bus import LinkConfig, ZenohBus, session_config
+from fleet.wire.link import LinkConfig
+from fleet.wire.zenoh_bus import ZenohBus
+from fleet.wire.zenoh_link import session_config
 
 GROUP = "one way through the hub, two processes, wall time"
 PACE_S = 0.005

@@ -16,7 +16,7 @@ from bench.agent_process import NOTES, Notes
 from bench.procs import memory_mib
 from bench.table import Row, Table
 from fleet.agent.config import AgentConfig, DriverConfig
-from fleet.wire.zenoh_bus import LinkConfig
+from fleet.wire.link import LinkConfig
 
 GROUP = "start, CPU of the process"
 ROOT = Path(__file__).resolve().parent.parent

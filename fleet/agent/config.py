@@ -19,7 +19,7 @@ from fleet.errors import ConfigError
 from fleet.mission.problem import texts
 from fleet.mission.structure import problems
 from fleet.wire.keys import valid_name
-from fleet.wire.zenoh_bus import LinkConfig
+from fleet.wire.link import LinkConfig, check_link
 
 
 class DriverConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -62,6 +62,8 @@ ENVIRONMENT: dict[str, str] = {
     "FLEET_TOPOLOGY": "link.topology",
     "FLEET_CONNECT": "link.connect",
     "FLEET_LISTEN": "link.listen",
+    "FLEET_CREDENTIALS": "link.credentials",
+    "FLEET_INSECURE": "link.insecure",
     "FLEET_STATE_DIR": "state_dir",
     "FLEET_RECORD": "record",
     "FLEET_MISSION": "mission",
@@ -85,6 +87,8 @@ def _put(tree: dict[str, Any], dotted: str, value: Any) -> None:
 def _from_text(dotted: str, text: str) -> Any:
     if dotted in ("link.connect", "link.listen"):
         return [part for part in text.split(",") if part]
+    if dotted == "link.insecure":
+        return {"true": True, "1": True, "false": False, "0": False}.get(text.lower(), text)
     kind: Any = get_type_hints(AgentConfig).get(dotted)
     if kind in (float, int):
         try:
@@ -159,6 +163,7 @@ def load_config(
             f"link.topology {link.topology!r} with nothing to listen on or connect to reaches nobody; expected "
             "link.listen and link.connect such as tcp/10.0.0.5:7447, or --topology hub"
         )
+    check_link(config.link)
     return config
 
 

@@ -27,6 +27,7 @@ from fleet.errors import FleetError
 from fleet.mission.load import encode, load
 from fleet.recording.seam import NullRecorder, Recording
 from fleet.wire.bus import Bus
+from fleet.wire.link import warning
 from fleet.wire.messages import MAJOR, MissionOrder
 from fleet.wire.radio import RadioBus
 from fleet.wire.zenoh_bus import ZenohBus
@@ -146,6 +147,8 @@ def run_agent(config: AgentConfig, stop: threading.Event, ready: Callable[[Agent
     """Be one boat's agent until `stop`; FleetError when the configuration cannot work."""
     clock = SystemClock(config.clock)
     now_ns = clock.now_ns()
+    if warning(config.link):
+        log.warning(warning(config.link), extra={"event": "insecure"})
     driver, world = driver_of(config, clock.now_ns)
     driver.open()
     network: Bus = ZenohBus(config.fleet, config.boat, config.link, clock.now_ns)

@@ -43,6 +43,10 @@ def agent(
     record: Annotated[str | None, _text("File of the recording, or none.", "FILE")] = None,
     control_hz: Annotated[float | None, _text("Ticks a second.", "HZ")] = None,
     clock_error_ms: Annotated[float | None, _text("How wrong this machine's clock may be.", "MS")] = None,
+    credentials: Annotated[str | None, _text("This boat's folder, made by fleet credentials.", "FOLDER")] = None,
+    insecure: Annotated[
+        bool | None, typer.Option("--insecure", help="Meant: others may reach it, and nothing is signed.")
+    ] = None,
     check: Annotated[
         bool, typer.Option("--check", help="Only print the configuration and where each value came from.")
     ] = False,
@@ -58,6 +62,8 @@ def agent(
         "link.topology": topology,
         "link.connect": list(endpoints(connect, "--connect")) or None,
         "link.listen": list(endpoints(listen, "--listen")) or None,
+        "link.credentials": credentials,
+        "link.insecure": insecure,
         "driver.kind": driver,
         "driver.world": world,
         "mission": mission,
@@ -135,7 +141,7 @@ def hub(
     where = endpoints(listen, "--listen") or (DEFAULT_ENDPOINT,)
     for one in where:
         _probe(one)
-    from fleet.wire.zenoh_bus import run_hub
+    from fleet.wire.zenoh_link import run_hub
 
     stop = threading.Event()
     ended_by: list[int] = []

@@ -75,7 +75,8 @@ def _new_id() -> str:
 
 
 def _over_zenoh(fleet: str, operator: str, connect: tuple[str, ...], present: bool) -> Shore:
-    from fleet.wire.zenoh_bus import LinkConfig, OperatorBus
+    from fleet.wire.link import LinkConfig
+    from fleet.wire.zenoh_shore import OperatorBus
 
     return OperatorBus(fleet, operator, LinkConfig(topology="hub", connect=connect), present=present)
 

@@ -6,7 +6,7 @@ import sys
 import threading
 
 from fleet.agent.process import end_on_signals, end_with_parent
-from fleet.wire.zenoh_bus import run_hub
+from fleet.wire.zenoh_link import run_hub
 
 
 def main(endpoint: str, lease_ms: int) -> None:

@@ -24,7 +24,7 @@ from fleet.agent.config import AgentConfig, DriverConfig
 from fleet.errors import FleetError
 from fleet.sim.device import DriverKind
 from fleet.sim.world_process import WorldSpec
-from fleet.wire.zenoh_bus import LinkConfig, Topology
+from fleet.wire.link import LinkConfig, Topology
 
 START_S = 30.0
 END_S = 5.0

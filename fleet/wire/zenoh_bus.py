@@ -1,4 +1,4 @@
-"""The bus over Zenoh: the only file that imports it.
+"""A boat's end of the network over Zenoh.
 
 One ring of a peer's states each, so that nobody's flood evicts another's; callbacks run in Zenoh's receive thread and
 only deposit. Opening is tried in a thread of its own, since a boat must go on deciding while the hub is out of reach.
@@ -7,82 +7,28 @@ only deposit. Opening is tried in a thread of its own, since a boat must go on d
 from __future__ import annotations
 
 import contextlib
-import json
 import logging
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import partial
-from typing import Any, Literal
+from typing import Any
 
-import msgspec
 import zenoh
 
-from fleet.errors import FleetError
 from fleet.wire import keys
 from fleet.wire.bus import Answer, Heard, Request
+from fleet.wire.link import LinkConfig
+from fleet.wire.zenoh_link import MOST_TOKENS, direct, mode_of, session_config
 
 log = logging.getLogger("fleet.wire")
-Topology = Literal["hub", "routed", "mesh"]
 RING = 256  # states of one peer kept between two ticks
 REQUESTS = 512  # of each kind, so that no flood of one pushes out another
 LARGEST = 1 << 20  # bytes of a request, as the codec has it
 WAITING_BYTES = 8 << 20  # of requests not yet fetched
-LARGEST_RECEIVED = 2 << 20  # the transport drops what is larger, before it takes memory
 MOST_PEERS = 256
-MOST_TOKENS = 512
-LARGEST_HEARD = 1 << 16  # bytes of a state, a status or an event that an operator's machine keeps
 LINK_LOOK_NS = 20_000_000  # so long the answer to `link_up` holds: asking costs 25 us, a tick asks five times
-
-
-class LinkConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How a station reaches the others."""
-
-    topology: Topology = "routed"
-    connect: tuple[str, ...] = ()  # endpoints such as tcp/10.0.0.5:7447
-    listen: tuple[str, ...] = ()  # where this station listens; loopback unless it says otherwise
-    lease_ms: int = 2000
-    keep_alive: int = 8
-
-
-def session_config(mode: str, link: LinkConfig) -> zenoh.Config:
-    """A Zenoh configuration: no scouting, no shared memory, quick retries."""
-    listen = list(link.listen) if mode != "client" else []
-    config: dict[str, Any] = {
-        "mode": mode,
-        "connect": {
-            "endpoints": list(link.connect),
-            "timeout_ms": 0 if mode == "client" else -1,
-            "exit_on_failure": mode == "client",
-            "retry": {"period_init_ms": 200, "period_max_ms": 1000, "period_increase_factor": 1.5},
-        },
-        "listen": {"endpoints": listen},
-        "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": mode == "peer"}},
-        "timestamping": {"enabled": False},
-        "queries_default_timeout": 3000,
-        "transport": {
-            "shared_memory": {"enabled": False},
-            "link": {
-                "rx": {"max_message_size": LARGEST_RECEIVED},
-                "tx": {
-                    "lease": link.lease_ms,
-                    "keep_alive": link.keep_alive,
-                    "queue": {"congestion_control": {"block": {"wait_before_close": 1_000_000}}},
-                },
-            },
-        },
-    }
-    return zenoh.Config.from_json5(json.dumps(config))
-
-
-def _mode(topology: Topology) -> str:
-    return {"hub": "client", "routed": "router", "mesh": "peer"}[topology]
-
-
-def _direct(callback: Callable[[Any], object]) -> Any:
-    """A callback in Zenoh's own thread; it must only deposit."""
-    return zenoh.handlers.Callback(callback, indirect=False)
 
 
 def _noted(up: frozenset[str], name: str, appears: bool) -> frozenset[str]:
@@ -125,7 +71,7 @@ class ZenohBus:
         return self._session is not None
 
     def _open(self) -> None:
-        config = session_config(_mode(self._link.topology), self._link)
+        config = session_config(mode_of(self._link.topology), self._link)
         said = False
         while not self._closing.is_set():
             try:
@@ -153,14 +99,14 @@ class ZenohBus:
             self._kept.append(
                 session.declare_queryable(
                     keys.key(self._fleet, self._boat, what),
-                    _direct(partial(self._deposit_request, what)),
+                    direct(partial(self._deposit_request, what)),
                 )
             )
         live = session.liveliness()
         alive = keys.key(self._fleet, "*", keys.ALIVE)
-        self._kept.append(live.declare_subscriber(alive, _direct(self._on_alive), history=True))
+        self._kept.append(live.declare_subscriber(alive, direct(self._on_alive), history=True))
         operators = keys.operator_key(self._fleet, "*")
-        self._kept.append(live.declare_subscriber(operators, _direct(self._on_operator), history=True))
+        self._kept.append(live.declare_subscriber(operators, direct(self._on_operator), history=True))
         self._session = session
         for boat in tuple(self._wanted):
             self._subscribe(boat)
@@ -289,7 +235,7 @@ class ZenohBus:
         with contextlib.suppress(zenoh.ZError):
             self._session.get(
                 keys.key(self._fleet, boat, what),
-                _direct(deposit),
+                direct(deposit),
                 payload=payload,
                 timeout=2.0,
                 priority=zenoh.Priority.INTERACTIVE_LOW,
@@ -341,106 +287,3 @@ class ZenohBus:
             self._rings.clear()
             with contextlib.suppress(zenoh.ZError):
                 session.close()  # type: ignore[no-untyped-call]
-
-
-class OperatorBus:
-    """An operator's end of the network: hears every boat, asks boats and waits for their answers."""
-
-    def __init__(self, fleet: str, operator: str, link: LinkConfig, *, present: bool = True) -> None:
-        self._fleet, self._operator = fleet, operator
-        self._config = session_config("client", link)
-        self._present = present
-        self._session: zenoh.Session | None = None
-        self._alive: dict[str, bool] = {}
-        self._kept: list[Any] = []
-        self._heard: deque[tuple[str, str, bytes]] = deque(maxlen=65536)
-
-    def open(self, timeout_s: float) -> bool:
-        """Connect within the timeout; False when nobody answers at the endpoint."""
-        deadline = time.monotonic() + timeout_s
-        while True:
-            try:
-                self._session = zenoh.open(self._config)
-                break
-            except zenoh.ZError:
-                if time.monotonic() >= deadline:
-                    return False
-                time.sleep(0.1)
-        live = self._session.liveliness()
-        alive = keys.key(self._fleet, "*", keys.ALIVE)
-        self._kept.append(live.declare_subscriber(alive, _direct(self._on_alive), history=True))
-        for reply in live.get(alive, timeout=timeout_s):
-            if reply.ok is not None:
-                self._alive.setdefault(keys.boat_of(str(reply.ok.key_expr)), True)
-        if self._present:
-            self._kept.append(live.declare_token(keys.operator_key(self._fleet, self._operator)))
-        return True
-
-    def listen(self, what: Iterable[str]) -> None:
-        """Keep what boats publish under these names until `heard` fetches it."""
-        assert self._session is not None
-        for name in what:
-            self._kept.append(
-                self._session.declare_subscriber(
-                    keys.key(self._fleet, "*", name), _direct(partial(self._deposit, name))
-                )
-            )
-
-    def _deposit(self, what: str, sample: zenoh.Sample) -> None:
-        boat = keys.boat_of(str(sample.key_expr))
-        if boat and len(sample.payload) <= LARGEST_HEARD:
-            self._heard.append((what, boat, sample.payload.to_bytes()))
-
-    def heard(self) -> list[tuple[str, str, bytes]]:
-        """(what, boat, payload) since the last call."""
-        messages: list[tuple[str, str, bytes]] = []
-        while self._heard:
-            messages.append(self._heard.popleft())
-        return messages
-
-    def _on_alive(self, sample: zenoh.Sample) -> None:
-        boat = keys.boat_of(str(sample.key_expr))
-        if boat and (boat in self._alive or len(self._alive) < MOST_TOKENS):
-            self._alive[boat] = sample.kind == zenoh.SampleKind.PUT
-
-    def alive(self) -> frozenset[str]:
-        """Boats whose token is up."""
-        return frozenset(boat for boat, up in tuple(self._alive.items()) if up)
-
-    def ask_all(self, what: str, payload: bytes, timeout_s: float, boat: str = "*") -> dict[str, bytes]:
-        """Ask all boats (or one) and wait; who did not answer in time is not in the result."""
-        assert self._session is not None
-        answers: dict[str, bytes] = {}
-        replies = self._session.get(
-            keys.key(self._fleet, boat, what),
-            target=zenoh.QueryTarget.ALL,
-            consolidation=zenoh.ConsolidationMode.NONE,
-            timeout=timeout_s,
-            payload=payload,
-            priority=zenoh.Priority.INTERACTIVE_HIGH,
-            congestion_control=zenoh.CongestionControl.BLOCK,
-            express=True,
-        )
-        for reply in replies:
-            if reply.ok is not None:
-                boat_answered = keys.boat_of(str(reply.ok.key_expr))
-                if boat_answered:
-                    answers[boat_answered] = reply.ok.payload.to_bytes()
-        return answers
-
-    def close(self) -> None:
-        """Leave the network."""
-        session, self._session = self._session, None
-        if session is not None:
-            session.close()  # type: ignore[no-untyped-call]
-
-
-def run_hub(listen: tuple[str, ...], stop: threading.Event, ready: Callable[[], None], lease_ms: int = 2000) -> None:
-    """Be the hub until `stop`: a router that boats and operators connect to."""
-    try:
-        session = zenoh.open(session_config("router", LinkConfig(topology="hub", listen=listen, lease_ms=lease_ms)))
-    except zenoh.ZError as error:
-        raise FleetError(f"cannot listen at {', '.join(listen)}: {str(error).split(' at ')[0]}") from None
-    with session:
-        ready()
-        stop.wait()

@@ -22,8 +22,9 @@ from msgspec import Struct, structs
 
 from fleet.wire import keys
 from fleet.wire.codec import Refused, decode, encode
+from fleet.wire.link import LinkConfig
 from fleet.wire.messages import MAJOR, Ack, BoatState, Command, FormationOrder, MissionOrder, Revision, Signed
-from fleet.wire.zenoh_bus import LinkConfig, session_config
+from fleet.wire.zenoh_link import session_config
 
 BATCH_S = 0.01
 FLOATS = [field.name for field in structs.fields(BoatState) if field.type is float or field.type == "float"]

@@ -24,7 +24,7 @@ from fleet.recording.reader import read
 from fleet.sim.sail import FLEET, OPERATOR, Progress, Sailing
 from fleet.wire import keys
 from fleet.wire.messages import BoatStatus
-from fleet.wire.zenoh_bus import OperatorBus
+from fleet.wire.zenoh_shore import OperatorBus
 from tests.attack.attacker import Plan, Result
 from tests.sim.sailed import Sailed, sail
 

@@ -13,8 +13,11 @@ import zenoh
 
 from fleet.wire import keys
 from fleet.wire.bus import Answer, Bus, Heard
+from fleet.wire.link import LinkConfig
 from fleet.wire.memory_bus import MemoryBus, Water
-from fleet.wire.zenoh_bus import LinkConfig, OperatorBus, ZenohBus, session_config
+from fleet.wire.zenoh_bus import ZenohBus
+from fleet.wire.zenoh_link import session_config
+from fleet.wire.zenoh_shore import OperatorBus
 
 PATIENCE_S = 15.0
 NAMES = ("a", "b", "c")

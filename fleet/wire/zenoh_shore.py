@@ -1,0 +1,107 @@
+"""An operator's end of the network over Zenoh."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Iterable
+from functools import partial
+from typing import Any
+
+import zenoh
+
+from fleet.wire import keys
+from fleet.wire.link import LinkConfig
+from fleet.wire.zenoh_link import MOST_TOKENS, direct, session_config
+
+LARGEST_HEARD = 1 << 16  # bytes of a state, a status or an event that an operator's machine keeps
+
+
+class OperatorBus:
+    """An operator's end of the network: hears every boat, asks boats and waits for their answers."""
+
+    def __init__(self, fleet: str, operator: str, link: LinkConfig, *, present: bool = True) -> None:
+        self._fleet, self._operator = fleet, operator
+        self._config = session_config("client", link)
+        self._present = present
+        self._session: zenoh.Session | None = None
+        self._alive: dict[str, bool] = {}
+        self._kept: list[Any] = []
+        self._heard: deque[tuple[str, str, bytes]] = deque(maxlen=65536)
+
+    def open(self, timeout_s: float) -> bool:
+        """Connect within the timeout; False when nobody answers at the endpoint."""
+        deadline = time.monotonic() + timeout_s
+        while True:
+            try:
+                self._session = zenoh.open(self._config)
+                break
+            except zenoh.ZError:
+                if time.monotonic() >= deadline:
+                    return False
+                time.sleep(0.1)
+        live = self._session.liveliness()
+        alive = keys.key(self._fleet, "*", keys.ALIVE)
+        self._kept.append(live.declare_subscriber(alive, direct(self._on_alive), history=True))
+        for reply in live.get(alive, timeout=timeout_s):
+            if reply.ok is not None:
+                self._alive.setdefault(keys.boat_of(str(reply.ok.key_expr)), True)
+        if self._present:
+            self._kept.append(live.declare_token(keys.operator_key(self._fleet, self._operator)))
+        return True
+
+    def listen(self, what: Iterable[str]) -> None:
+        """Keep what boats publish under these names until `heard` fetches it."""
+        assert self._session is not None
+        for name in what:
+            self._kept.append(
+                self._session.declare_subscriber(keys.key(self._fleet, "*", name), direct(partial(self._deposit, name)))
+            )
+
+    def _deposit(self, what: str, sample: zenoh.Sample) -> None:
+        boat = keys.boat_of(str(sample.key_expr))
+        if boat and len(sample.payload) <= LARGEST_HEARD:
+            self._heard.append((what, boat, sample.payload.to_bytes()))
+
+    def heard(self) -> list[tuple[str, str, bytes]]:
+        """(what, boat, payload) since the last call."""
+        messages: list[tuple[str, str, bytes]] = []
+        while self._heard:
+            messages.append(self._heard.popleft())
+        return messages
+
+    def _on_alive(self, sample: zenoh.Sample) -> None:
+        boat = keys.boat_of(str(sample.key_expr))
+        if boat and (boat in self._alive or len(self._alive) < MOST_TOKENS):
+            self._alive[boat] = sample.kind == zenoh.SampleKind.PUT
+
+    def alive(self) -> frozenset[str]:
+        """Boats whose token is up."""
+        return frozenset(boat for boat, up in tuple(self._alive.items()) if up)
+
+    def ask_all(self, what: str, payload: bytes, timeout_s: float, boat: str = "*") -> dict[str, bytes]:
+        """Ask all boats (or one) and wait; who did not answer in time is not in the result."""
+        assert self._session is not None
+        answers: dict[str, bytes] = {}
+        replies = self._session.get(
+            keys.key(self._fleet, boat, what),
+            target=zenoh.QueryTarget.ALL,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            timeout=timeout_s,
+            payload=payload,
+            priority=zenoh.Priority.INTERACTIVE_HIGH,
+            congestion_control=zenoh.CongestionControl.BLOCK,
+            express=True,
+        )
+        for reply in replies:
+            if reply.ok is not None:
+                boat_answered = keys.boat_of(str(reply.ok.key_expr))
+                if boat_answered:
+                    answers[boat_answered] = reply.ok.payload.to_bytes()
+        return answers
+
+    def close(self) -> None:
+        """Leave the network."""
+        session, self._session = self._session, None
+        if session is not None:
+            session.close()  # type: ignore[no-untyped-call]
