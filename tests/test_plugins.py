@@ -12,6 +12,8 @@ from fleet.agent.config import load_config
 from fleet.agent.process import hardware
 from fleet.avoidance import METHODS
 from fleet.drivers.kinds import OTHERS
+from fleet.drivers.sensors.kinds import OTHERS as SENSORS
+from fleet.drivers.sensors.kinds import equipped
 from fleet.errors import ConfigError, UsageError
 from fleet.hulls import CALM, HULLS, STEP_S
 from fleet.mission.load import examine, load
@@ -24,7 +26,7 @@ PACKAGE = '''
 import types
 
 from fleet.avoidance import METHODS
-from fleet.drivers.seam import Reading
+from fleet.drivers.seam import Observed, Reading
 from fleet.hulls import unicycle
 from msgspec.structs import replace
 
@@ -56,6 +58,23 @@ class Counting:
         return ""
 
 
+class Sextant:
+    gives = frozenset({"fix"})
+
+    def __init__(self, where):
+        self.where = where
+
+    def open(self): ...
+    def close(self): ...
+
+    def read(self, now_ns):
+        return Observed(fix_ns=now_ns, lat_deg=self.where, lon_deg=8.9, position_error_m=900.0)
+
+
+def sextant(boat, config, now_ns):
+    return Sextant(float(config.options["where"]))
+
+
 def counting(boat, options, now_ns):
     return Counting(boat, int(options["step"]))
 
@@ -75,6 +94,9 @@ bold = rafts:bold
 
 [fleet.drivers]
 counting = rafts:counting
+
+[fleet.sensors]
+sextant = rafts:sextant
 """
 
 
@@ -88,7 +110,7 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]
     (info / "entry_points.txt").write_text(ENTRIES)
     monkeypatch.syspath_prepend(str(tmp_path))
     yield
-    for kinds, names in ((HULLS, ("raft",)), (METHODS, ("bold",)), (OTHERS, ("counting",))):
+    for kinds, names in ((HULLS, ("raft",)), (METHODS, ("bold",)), (OTHERS, ("counting",)), (SENSORS, ("sextant",))):
         for name in names:
             kinds.pop(name, None)  # type: ignore[attr-defined]
         kinds._why.clear()  # type: ignore[attr-defined]
@@ -119,6 +141,25 @@ def test_a_driver_of_another_package_is_made_from_its_options(tmp_path: Path) ->
     driver = hardware(load_config(file, {}, {}), lambda: 0)
     assert driver.write(1.0, 0.0) == ""
     assert driver.read().stamp_ns == 3
+
+
+@pytest.mark.usefixtures("installed")
+def test_a_sensor_of_another_package_stands_beside_a_driver(tmp_path: Path) -> None:
+    file = tmp_path / "boat.toml"
+    text = 'boat = "b1"\n[driver]\nkind = "counting"\noptions = { step = 3 }\n[[driver.sensors]]\nkind = "sextant"\n'
+    file.write_text(text + 'use = ["fix"]\noptions = { where = 44.5 }\n' + HUB)
+    config = load_config(file, {}, {})
+    boat = equipped("b1", hardware(config, lambda: 0), config.driver.sensors, lambda: 7)
+    reading = boat.read()
+    assert (reading.lat_deg, reading.stamp_ns, reading.position_error_m) == (44.5, 7, 900.0)
+    file.write_text(text + 'use = ["heading"]\n' + HUB)
+    config = load_config(file, {}, {})
+    with pytest.raises(ConfigError, match=r"driver.sensors, sextant: KeyError: 'where'"):
+        equipped("b1", hardware(config, lambda: 0), config.driver.sensors, lambda: 7)
+    file.write_text(text + 'use = ["heading"]\noptions = { where = 1 }\n' + HUB)
+    config = load_config(file, {}, {})
+    with pytest.raises(ConfigError, match=r"sextant: use: a sensor of kind 'sextant' gives no heading"):
+        equipped("b1", hardware(config, lambda: 0), config.driver.sensors, lambda: 7)
 
 
 @pytest.mark.usefixtures("installed")

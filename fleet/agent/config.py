@@ -15,6 +15,8 @@ from fleet.agent.clock import ClockSpec
 from fleet.drivers.can.config import CanConfig
 from fleet.drivers.kinds import wrong_kind
 from fleet.drivers.mavlink.config import MavlinkConfig
+from fleet.drivers.sensors.config import SensorConfig
+from fleet.drivers.sensors.kinds import wrong_sensors
 from fleet.errors import ConfigError
 from fleet.mission.problem import texts
 from fleet.mission.structure import problems
@@ -31,6 +33,7 @@ class DriverConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     can: CanConfig = field(default_factory=CanConfig)
     mavlink: MavlinkConfig = field(default_factory=MavlinkConfig)
     options: dict[str, Any] = field(default_factory=dict)  # of a driver that another package adds
+    sensors: tuple[SensorConfig, ...] = ()  # beside it; the first is believed first
 
 
 class AgentConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -144,9 +147,7 @@ def load_config(
         except msgspec.ValidationError:
             found = texts(problems(merged, AgentConfig))
             raise ConfigError("\n".join(f"{origin}: {text}" for text in found)) from None
-        wrong = wrong_kind(read.driver.kind)
-        if wrong:
-            raise ConfigError(f'{origin}: driver.kind = "{read.driver.kind}": {wrong}')
+        _must_exist(read.driver, origin)
         tree = merged
     config = msgspec.convert(tree, AgentConfig)
     if not config.boat:
@@ -165,6 +166,16 @@ def load_config(
         )
     check_link(config.link)
     return config
+
+
+def _must_exist(driver: DriverConfig, origin: str) -> None:
+    """ConfigError where driver or sensors are of a kind that there is not."""
+    wrong = wrong_kind(driver.kind)
+    if wrong:
+        raise ConfigError(f'{origin}: driver.kind = "{driver.kind}": {wrong}')
+    wrong = wrong_sensors(driver.sensors)
+    if wrong:
+        raise ConfigError(f"{origin}: {wrong}")
 
 
 def _merge(a: dict[str, Any], b: dict[str, Any]) -> dict[str, Any]:

@@ -22,6 +22,8 @@ from fleet.agent.store import Store, boot_id
 from fleet.drivers.beside import Beside
 from fleet.drivers.kinds import made_by_others
 from fleet.drivers.seam import Driver
+from fleet.drivers.sensors.equipped import Equipped
+from fleet.drivers.sensors.kinds import equipped
 from fleet.drivers.simulated import SimulatedDriver
 from fleet.errors import FleetError
 from fleet.mission.load import encode, load
@@ -97,8 +99,8 @@ def driver_of(config: AgentConfig, now_ns: Callable[[], int]) -> tuple[Driver, S
     """The driver that the configuration asks for, and a simulated boat's link to its world."""
     if config.driver.kind == "simulated":
         world = SimulatedDriver(config.boat, config.driver.world)
-        return world, world
-    driver = hardware(config, now_ns)
+        return equipped(config.boat, world, config.driver.sensors, now_ns), world
+    driver = equipped(config.boat, hardware(config, now_ns), config.driver.sensors, now_ns)
     if not config.driver.simulated:
         return driver, None
     world = SimulatedDriver(config.boat, config.driver.world)
@@ -131,14 +133,19 @@ class Converses(Protocol):
 
 def join(agent: Agent, driver: Driver) -> Callable[[], None]:
     """Lets a driver hear what operators order; what is returned lets them hear the driver, a tick at a time."""
-    hardware_of = driver.hardware if isinstance(driver, Beside) else driver
-    if not isinstance(hardware_of, Converses):
-        return lambda: None
-    agent.orders.obeyed = hardware_of.obeyed
+    hardware_of, sensors = driver, None
+    while isinstance(hardware_of, Beside | Equipped):
+        sensors = hardware_of if isinstance(hardware_of, Equipped) else sensors
+        hardware_of = hardware_of.hardware
+    converses = hardware_of if isinstance(hardware_of, Converses) else None
+    if converses is not None:
+        agent.orders.obeyed = converses.obeyed
 
     def listen() -> None:
-        for text in hardware_of.said():
+        for text in converses.said() if converses is not None else ():
             agent.orders.note("autopilot", text)
+        for text in sensors.noted() if sensors is not None else ():
+            agent.orders.note("sensor", text)
 
     return listen
 

@@ -248,7 +248,7 @@ class Reporter:
             stamp_ns=now_ns,
             version=__version__,
             mode=mode_word(int(agent.decision.mode)),
-            reasons=in_words(int(agent.reasons)),
+            reasons=(*in_words(int(agent.reasons)), *agent.reading.amiss),
             mission_id=sailing.order.mission_id if sailing is not None else "",
             mission_title=sailing.plan.mission.title if sailing is not None else "",
             controller=agent.orders.control.operator,

@@ -109,12 +109,19 @@ class Resumption:
         if agent.orders.stops:
             return "stopped, not released"
         x, y = sailing.plan.plane.to_local(progress.lat_deg, progress.lon_deg)
-        here = sailing.plan.plane.to_local(agent.reading.lat_deg, agent.reading.lon_deg)
+        here = self._here(sailing)
         moved = ((here[0] - x) ** 2 + (here[1] - y) ** 2) ** 0.5
         reach = NEAR_M + sailing.plan.boats[sailing.number].limits.speed_max_mps * gap_s
         if moved > reach:
             return f"{moved:.0f} m from where it was, more than {reach:.0f} m"
         return ""
+
+    def _here(self, sailing: Sailing) -> tuple[float, float]:
+        """Where the boat is, in the mission's plane."""
+        agent, plane = self._agent, sailing.plan.plane
+        if agent.plane is None or not agent.reading.raw:
+            return plane.to_local(agent.reading.lat_deg, agent.reading.lon_deg)
+        return plane.to_local(*agent.plane.to_geographic(agent.nav.x, agent.nav.y))  # a raw reading may hold no fix
 
     def _go_on(self, progress: Progress, sailing: Sailing, now_ns: int) -> None:
         agent = self._agent
@@ -123,7 +130,7 @@ class Resumption:
         boat = sailing.plan.boats[sailing.number]
         gap_s = (now_ns - progress.stamp_ns) * 1e-9
         window = boat.limits.speed_max_mps * gap_s + 5.0
-        x, y = plane.to_local(agent.reading.lat_deg, agent.reading.lon_deg)
+        x, y = self._here(sailing)
         own = courses.along_mission(sailing).path
         self._abscissa = own.project(x, y, progress.s_m - window, progress.s_m + window)
         agent.orders.begin(sailing, Goal(progress.goal))

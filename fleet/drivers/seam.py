@@ -22,6 +22,18 @@ class Sighting(Struct, frozen=True, array_like=True, gc=False):
     length_m: float = math.nan
 
 
+class Scan(Struct, frozen=True, array_like=True, gc=False):
+    """One sweep of a planar scanner. Bearings are from the bow, + to starboard."""
+
+    stamp_ns: int  # when the first ray was measured, by the agent's clock
+    first_rad: float  # bearing of the first ray
+    step_rad: float  # from ray to ray; negative where the scanner sweeps to port
+    ranges_m: tuple[float, ...]  # from the scanner; NaN: no echo
+    sweep_s: float = 0.0  # from the first ray to the last
+    ahead_m: float = 0.0  # where the scanner is, from the point whose position is the boat's
+    starboard_m: float = 0.0
+
+
 class Reading(Struct, frozen=True, gc=False):
     """What a driver knows of its boat; the stamp tells how old it is."""
 
@@ -42,6 +54,44 @@ class Reading(Struct, frozen=True, gc=False):
     heading_error_rad: float = 0.0  # 1 sigma
     heading_stamp_ns: int = 0  # when the heading was measured; 0: with the rest
     yaw_rate_stamp_ns: int = 0
+    scans: tuple[Scan, ...] = ()  # since the last reading
+    amiss: tuple[str, ...] = ()  # sensors that give nothing, and why; the boat sails on with the others
+
+
+class Observed(Struct, frozen=True, gc=False):
+    """What one sensor has to say since it was asked last; nothing is said twice. Unknown is NaN, a stamp 0."""
+
+    fix_ns: int = 0  # when position and velocity were measured, by the agent's clock; 0: no new one
+    lat_deg: float = math.nan
+    lon_deg: float = math.nan
+    position_error_m: float = math.nan  # 1 sigma per axis
+    v_north_mps: float = math.nan  # velocity over ground; NaN where the sensor has positions only
+    v_east_mps: float = math.nan
+    velocity_error_mps: float = math.nan  # 1 sigma per axis
+    heading_ns: int = 0
+    heading_rad: float = math.nan
+    heading_error_rad: float = math.nan  # 1 sigma
+    yaw_rate_ns: int = 0
+    yaw_rate_radps: float = math.nan  # + to starboard
+    sightings: tuple[Sighting, ...] = ()
+    scans: tuple[Scan, ...] = ()
+    trouble: str = ""  # why it gives nothing, in words that stay the same while it lasts
+
+
+class Sensor(Protocol):
+    """Something that measures, beside the driver that steers. Nothing here blocks, nothing raises while under way."""
+
+    gives: frozenset[str]
+    """Of "fix", "heading", "yaw-rate", "traffic", "scan"; what it may ever give."""
+
+    def open(self) -> None:
+        """Connect; ConfigError when that can never work. One that is absent for now is trouble, and tried again."""
+
+    def read(self, now_ns: int) -> Observed:
+        """What is new."""
+
+    def close(self) -> None:
+        """Disconnect."""
 
 
 class Driver(Protocol):

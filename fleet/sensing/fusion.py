@@ -14,6 +14,7 @@ from msgspec import Meta, Struct, structs
 from fleet import ops
 from fleet.sensing.kalman import by_position, by_velocity
 
+LEAST_S = 0.005  # two headings nearer in time are one
 Positive = Annotated[float, Meta(gt=0.0)]
 
 
@@ -28,6 +29,7 @@ class FusionParams(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     gate: Positive = 5.0  # sigmas; what is farther off is an outlier
     gate_s: Positive = 3.0  # outliers only, for so long: then it is the filter that was wrong
     old_s: Positive = 0.5  # a value older than this is not used
+    slow_s: Positive = 1.5  # a compass that has told nothing for so long is lost; cheap ones tell once a second
     reckon_s: Positive = 10.0  # without a fix, then the position is unknown
     most_m: Positive = 5.0  # so uncertain, it is unknown
     rate_low_pass_s: Positive = 0.5  # of a yaw rate from headings
@@ -75,6 +77,7 @@ class Fused(Struct, frozen=True, gc=False):
     refused: float  # seconds for which every fix has been an outlier
     outliers: float  # fixes and headings refused, all together
     last_psi: float  # last heading of the compass, for the yaw rate; NaN none [rad]
+    last_age: float  # how old that is [s]
 
     @property
     def sigma(self) -> float:
@@ -91,7 +94,7 @@ class Fused(Struct, frozen=True, gc=False):
 
 
 NOTHING = Fused(
-    0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, math.inf, 0.0, 0.0, math.inf, math.inf, math.inf, 0.0, 0.0, math.nan
+    0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, math.inf, 0.0, 0.0, math.inf, math.inf, math.inf, 0.0, 0.0, math.nan, 0.0
 )
 """Before the first fix."""
 PARAMS = FusionParams()
@@ -131,24 +134,35 @@ def fuse(fused: Fused, sensors: Sensors, dt: float, params: FusionParams = PARAM
 def _rate(fused: Fused, sensors: Sensors, dt: float, params: FusionParams) -> Fused:
     """The yaw rate: from the gyro, else from headings."""
     if math.isfinite(sensors.r) and sensors.r_age <= params.old_s:
-        return structs.replace(fused, r=sensors.r, no_rate=0.0, last_psi=_fresh_heading(fused, sensors, params))
+        return structs.replace(_looked_up(fused, sensors, dt, params)[0], r=sensors.r, no_rate=0.0)
     no_rate = fused.no_rate + dt
-    fresh = _fresh_heading(fused, sensors, params)
-    if no_rate <= params.old_s:
-        return structs.replace(fused, no_rate=no_rate, last_psi=fresh)
-    turned = ops.wrap(fresh - fused.last_psi) / dt if math.isfinite(fresh + fused.last_psi) else 0.0
-    r = fused.r + (turned - fused.r) * dt / (params.rate_low_pass_s + dt)
-    return structs.replace(fused, r=r, no_rate=no_rate, last_psi=fresh)
+    fused, turned, over = _looked_up(fused, sensors, dt, params)
+    if no_rate <= params.old_s or not over:
+        return structs.replace(fused, no_rate=no_rate)
+    r = fused.r + (turned - fused.r) * over / (params.rate_low_pass_s + over)
+    return structs.replace(fused, r=r, no_rate=no_rate)
 
 
-def _fresh_heading(fused: Fused, sensors: Sensors, params: FusionParams) -> float:
-    """The compass's heading, the one before where it has nothing new [rad]."""
-    return sensors.psi if math.isfinite(sensors.psi) and sensors.psi_age <= params.old_s else fused.last_psi
+def _looked_up(fused: Fused, sensors: Sensors, dt: float, params: FusionParams) -> tuple[Fused, float, float]:
+    """The compass's newest heading remembered; the yaw rate since the one before [rad/s], and over how long [s].
+
+    Over 0 s: it has told nothing new. Without any heading for long the boat is taken to turn no more.
+    """
+    age = fused.last_age + dt
+    if not (math.isfinite(sensors.psi) and sensors.psi_age <= params.old_s):
+        return structs.replace(fused, last_age=age), 0.0, dt if age > params.slow_s else 0.0
+    over = age - sensors.psi_age
+    if not math.isfinite(fused.last_psi):
+        return structs.replace(fused, last_psi=sensors.psi, last_age=sensors.psi_age), 0.0, 0.0
+    if over < LEAST_S:  # the same one again
+        return structs.replace(fused, last_age=age), 0.0, 0.0
+    turned = ops.wrap(sensors.psi - fused.last_psi) / over
+    return structs.replace(fused, last_psi=sensors.psi, last_age=sensors.psi_age), turned, over
 
 
 def _heading(fused: Fused, sensors: Sensors, dt: float, params: FusionParams) -> Fused:
     """Kalman filter of the heading, turned by the yaw rate."""
-    sure = fused.no_rate <= params.old_s or fused.no_heading <= params.old_s
+    sure = fused.no_rate <= params.old_s or fused.no_heading <= params.slow_s
     P = fused.P_psi + (params.drift_rad2ps if sure else params.blind_rad2ps) * dt
     psi = ops.wrap(fused.psi + fused.r * dt)
     if not (math.isfinite(sensors.psi) and sensors.psi_age <= params.old_s):
@@ -224,7 +238,7 @@ def _course(fused: Fused, dt: float, params: FusionParams) -> Fused:
     Leeway does not go away in the mean: the heading never gets surer than it.
     """
     speed = ops.hypot(fused.vx, fused.vy)
-    if fused.no_heading <= params.old_s or speed < params.course_mps or fused.no_fix > params.old_s:
+    if fused.no_heading <= params.slow_s or speed < params.course_mps or fused.no_fix > params.old_s:
         return fused
     chi = ops.atan2(fused.vy, fused.vx)
     leeway = params.leeway_rad * params.leeway_rad

@@ -200,3 +200,28 @@ def test_turning_the_whole_scene_turns_the_answer(angle: float) -> None:
     c, k = math.cos(angle), math.sin(angle)
     assert (other.x, other.y) == pytest.approx((c * plain.x - k * plain.y, k * plain.x + c * plain.y), abs=1e-9)
     assert abs(ops.wrap(other.psi - plain.psi - angle)) < 1e-9
+
+
+def once_a_second(t: float, s: Sensors) -> Sensors:
+    """A compass and a receiver that tell once a second, a boat's cheapest; no gyro."""
+    told = round(t / DT) % 10 == 0
+    return replace(s, r=NAN) if told else replace(s, **NO_FIX, psi=NAN, r=NAN)
+
+
+def test_a_compass_that_tells_once_a_second_gives_the_yaw_rate_of_a_steady_turn() -> None:
+    fused = after(20.0, once_a_second, r=0.2)
+    assert fused.r == pytest.approx(0.2, abs=0.01)
+    assert ops.wrap(fused.psi - 0.2 * 19.9) == pytest.approx(0.0, abs=0.03)
+
+
+def test_the_same_heading_said_again_is_not_a_boat_that_stopped_turning() -> None:
+    def again(t: float, s: Sensors) -> Sensors:
+        age = t % 0.3
+        return replace(s, psi=0.2 * (t - age), psi_age=age, r=NAN)
+
+    assert after(10.0, again, r=0.2).r == pytest.approx(0.2, abs=0.01)
+
+
+def test_without_headings_the_boat_is_soon_taken_to_turn_no_more() -> None:
+    fused = after(10.0, lambda t, s: replace(s, r=NAN, psi=NAN if t > 5.0 else s.psi), r=0.2)
+    assert abs(fused.r) < 0.01

@@ -1,0 +1,1 @@
+"""Sensors beside the driver that steers: found by name, read together, ranked."""
