@@ -35,6 +35,7 @@ from fleet.coordination import Member
 from fleet.drivers.seam import Driver, Reading
 from fleet.geo import Datum, Plane, plane_of
 from fleet.guidance import FollowParams, Limits, StationParams
+from fleet.guidance.limits import OwnLimits, within
 from fleet.mission.model import KeepingClear
 from fleet.mission.plan import Plan
 from fleet.paths import Lane
@@ -141,10 +142,15 @@ class Agent:
         self._set_params(None)
 
     # -- set-up ----------------------------------------------------------------------------------------------------
+    def can_do(self, hull: str, limits: OwnLimits) -> None:
+        """What the boat's own configuration says of it, before the first tick; a mission that asks more is refused."""
+        self.orders.hull, self.orders.limits = hull, limits
+        self._set_params(self.orders.sailing)
+
     def _set_params(self, sailing: Sailing | None) -> None:
         """Tuning for a mission, or for waiting."""
         clear = sailing.plan.mission.keeping_clear if sailing is not None else KeepingClear()
-        limits = sailing.plan.boats[sailing.number].limits if sailing is not None else Limits()
+        limits = sailing.plan.boats[sailing.number].limits if sailing is not None else within(self.orders.limits)
         plan = sailing.plan if sailing is not None else None
         self.method, self.params = tuning(clear, limits, plan)
         self.radius_m = clear.radius_m

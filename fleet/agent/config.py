@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
@@ -17,7 +18,9 @@ from fleet.drivers.kinds import wrong_kind
 from fleet.drivers.mavlink.config import MavlinkConfig
 from fleet.drivers.sensors.config import SensorConfig
 from fleet.drivers.sensors.kinds import wrong_sensors
-from fleet.errors import ConfigError
+from fleet.errors import ConfigError, FleetError
+from fleet.guidance.limits import OwnLimits
+from fleet.hulls import HULLS
 from fleet.mission.problem import texts
 from fleet.mission.structure import problems
 from fleet.wire.keys import valid_name
@@ -41,6 +44,8 @@ class AgentConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
 
     boat: str = ""
     fleet: str = "demo"
+    hull: str = ""  # which model of `hulls` it is like; a mission that takes it for another is refused
+    limits: OwnLimits = field(default_factory=OwnLimits)  # a mission that asks more of it is refused
     link: LinkConfig = field(default_factory=LinkConfig)
     driver: DriverConfig = field(default_factory=DriverConfig)
     state_dir: str = ""  # where stops, mission and progress are kept; default: ~/.local/state/fleet/<boat>
@@ -54,10 +59,14 @@ class AgentConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     slots: Annotated[int, Meta(ge=1, le=64)] = 8  # publication times in one period, by roster number
 
     def folder(self) -> Path:
-        """Where this boat keeps what must survive a restart."""
-        return Path(self.state_dir) if self.state_dir else Path.home() / ".local" / "state" / "fleet" / self.boat
+        """Where this boat keeps what must survive a restart; a service manager's `StateDirectory=` is the default."""
+        if self.state_dir:
+            return Path(self.state_dir)
+        given = os.environ.get("STATE_DIRECTORY", "").split(":")[0]
+        return Path(given) if given else Path.home() / ".local" / "state" / "fleet" / self.boat
 
 
+LOOPBACK_HUB = "tcp/127.0.0.1:7447"
 FLAGS = {"driver.kind": "driver"}  # those that are not called as the last part of their key
 ENVIRONMENT: dict[str, str] = {
     "FLEET_BOAT": "boat",
@@ -150,22 +159,43 @@ def load_config(
         _must_exist(read.driver, origin)
         tree = merged
     config = msgspec.convert(tree, AgentConfig)
+    wrong = "\n".join(misfits(config))
+    if wrong:
+        raise ConfigError(wrong)
+    if config.link.topology == "hub" and not config.link.connect:
+        return msgspec.structs.replace(config, link=msgspec.structs.replace(config.link, connect=(LOOPBACK_HUB,)))
+    return config
+
+
+def misfits(config: AgentConfig) -> Iterator[str]:
+    """What does not fit together, or names what is not there; each by itself a value of the right kind."""
     if not config.boat:
-        raise ConfigError("boat: no name given; expected --boat NAME, FLEET_BOAT or `boat = ` in the configuration")
-    valid_name("boat", config.boat)
-    valid_name("fleet", config.fleet)
+        yield "boat: no name given; expected --boat NAME, FLEET_BOAT or `boat = ` in the configuration"
+    for what, name in (("boat", config.boat), ("fleet", config.fleet)):
+        if name or what == "fleet":
+            yield from _said(partial(valid_name, what, name))
+    if config.hull and config.hull not in HULLS:
+        yield f"hull {config.hull!r}: {HULLS.why(config.hull) or 'no such hull; known: ' + ', '.join(HULLS)}"
+    slowest, fastest = config.limits.speed_min_mps, config.limits.speed_max_mps
+    if slowest is not None and fastest is not None and slowest >= fastest:
+        yield f"limits.speed_min_mps = {slowest:g}: expected less than limits.speed_max_mps = {fastest:g}"
     if config.driver.kind == "mavlink":
-        config.driver.mavlink.check()
+        yield from _said(config.driver.mavlink.check)
     link = config.link
-    if link.topology == "hub" and not link.connect:
-        config = msgspec.structs.replace(config, link=msgspec.structs.replace(link, connect=("tcp/127.0.0.1:7447",)))
-    elif not link.connect and not link.listen:
-        raise ConfigError(
+    if link.topology != "hub" and not link.connect and not link.listen:
+        yield (
             f"link.topology {link.topology!r} with nothing to listen on or connect to reaches nobody; expected "
             "link.listen and link.connect such as tcp/10.0.0.5:7447, or --topology hub"
         )
-    check_link(config.link)
-    return config
+    yield from _said(partial(check_link, link))
+
+
+def _said(check: Callable[[], object]) -> Iterator[str]:
+    """What a check that raises has to say."""
+    try:
+        check()
+    except FleetError as error:
+        yield str(error)
 
 
 def _must_exist(driver: DriverConfig, origin: str) -> None:

@@ -16,8 +16,10 @@ from fleet.agent import door
 from fleet.agent.examine import apart
 from fleet.agent.modes import Goal, Reason
 from fleet.errors import FleetError
+from fleet.guidance.limits import OwnLimits, asked_too_much
 from fleet.mission.check import check
 from fleet.mission.formation import check_formation, gap_needed
+from fleet.mission.model import Boat
 from fleet.mission.pattern import PATTERNS, Place, Shape
 from fleet.mission.plan import Plan, build
 from fleet.mission.redraw import Redrawing, redrawing
@@ -30,6 +32,7 @@ FREE_KINDS = ("hold", "abort", "stop-now", "take")
 REMEMBERED = 256  # of those obeyed, and of those refused: a flood of refusals makes no old command new
 FOR_ALL = "all-"  # so begins the id of a stop that an operator says to the whole fleet
 MOST_STOPS = 32
+STAND_IN = "unicycle"  # the hull of a mission that does not say which: it stands for any
 AHEAD = 8  # pieces of work done ahead and kept until taken; a few are for commands that are refused after all
 LONGEST_REASON = 400
 REFUSALS_TOLD_S = 0.2  # between two events about refusals; all of them are counted
@@ -91,6 +94,7 @@ class Orders:
 
     def __init__(self, boat: str, *, simulated: bool, version: str) -> None:
         self.boat, self.simulated, self.version = boat, simulated, version
+        self.hull, self.limits = "", OwnLimits()  # the boat's own, as its configuration says
         self.sailing: Sailing | None = None
         self.goal = Goal.STANDBY
         self.why = Reason(0)
@@ -287,6 +291,9 @@ class Orders:
             return f"the mission cannot be read: {type(error).__name__}", None
         if not self.simulated and mission.fence is None:
             return "no fence: a real boat sails only inside one", None
+        beyond = self._beyond(mission.boats[numbers[self.boat]])
+        if beyond:
+            return beyond, None
         formation = FormationOrder(
             MAJOR,
             order.mission_id,
@@ -298,6 +305,13 @@ class Orders:
         number = numbers[self.boat]
         shape = plan.shape
         return "", Sailing(order, words, plan, number, now_ns, formation, shape, shape.places, switched_ns=now_ns)
+
+    def _beyond(self, asked: Boat) -> str:
+        """Why a mission asks more of this boat than it can do; '' when it does not."""
+        if self.hull and asked.hull not in (self.hull, STAND_IN):
+            return f"it takes this boat for the hull {asked.hull!r}; it is {self.hull!r}"
+        too_much = asked_too_much(self.limits, asked.limits)
+        return f"it asks more than this boat can: {'; '.join(too_much)}" if too_much else ""
 
     def begin(self, sailing: Sailing, goal: Goal) -> None:
         """Take a mission as one's own."""

@@ -16,7 +16,8 @@ from fleet.agent.agent import Agent
 from fleet.agent.clock import SystemClock
 from fleet.agent.config import AgentConfig
 from fleet.agent.loop import run
-from fleet.agent.modes import Goal
+from fleet.agent.modes import Goal, in_words, mode_word
+from fleet.agent.notify import Notifier
 from fleet.agent.orders import encoded
 from fleet.agent.store import Store, boot_id
 from fleet.drivers.beside import Beside
@@ -152,7 +153,7 @@ def join(agent: Agent, driver: Driver) -> Callable[[], None]:
 
 def run_agent(config: AgentConfig, stop: threading.Event, ready: Callable[[Agent], None] = lambda agent: None) -> None:
     """Be one boat's agent until `stop`; FleetError when the configuration cannot work."""
-    clock = SystemClock(config.clock)
+    clock, manager = SystemClock(config.clock), Notifier()
     now_ns = clock.now_ns()
     if warning(config.link):
         log.warning(warning(config.link), extra={"event": "insecure"})
@@ -172,6 +173,7 @@ def run_agent(config: AgentConfig, stop: threading.Event, ready: Callable[[Agent
         clock_ns=clock.error_ns() if config.clock_error_ms < 0.0 else int(config.clock_error_ms * 1e6),
         threaded=True,
     )
+    agent.can_do(config.hull, config.limits)
     listen = join(agent, driver)
     agent.stale_s = max(agent.stale_s, STALE_WALL_S * config.clock.warp)
     if config.mission:
@@ -181,6 +183,8 @@ def run_agent(config: AgentConfig, stop: threading.Event, ready: Callable[[Agent
     announcer.start()
 
     def after_tick(now_ns: int) -> None:
+        if manager.listens:
+            manager.whole_tick(agent.may_speak and agent.reading.stamp_ns > 0, in_a_line(agent))
         listen()
         if (
             config.clock_error_ms < 0.0
@@ -196,8 +200,18 @@ def run_agent(config: AgentConfig, stop: threading.Event, ready: Callable[[Agent
     try:
         run(agent, clock, stop, slots=config.slots, after_tick=after_tick)
     finally:
+        manager.ends()
         announcer.close()
         agent.close()
+
+
+def in_a_line(agent: Agent) -> str:
+    """What the boat does and why, for the service manager."""
+    why = [*in_words(agent.reasons), *([agent.driver_trouble] if agent.driver_trouble else [])]
+    if not agent.may_speak:
+        why.insert(0, "not announced yet: " + ("its name is taken" if agent.name_taken else "no link"))
+    mode = mode_word(int(agent.decision.mode))
+    return f"{mode}: {', '.join(why)}" if why else mode
 
 
 def end_on_signals(stop: threading.Event) -> None:

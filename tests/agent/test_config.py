@@ -11,9 +11,10 @@ import pytest
 from fleet.agent.config import load_config
 from fleet.errors import ConfigError, UsageError
 
+HUB = '[link]\ntopology = "hub"\n'
 # file, environment, flags, message
 WRONG: list[tuple[str, dict[str, str], dict[str, Any], str]] = [
-    ("", {}, {}, "boat: no name given; expected --boat NAME, FLEET_BOAT or `boat = ` in the configuration"),
+    (HUB, {}, {}, "boat: no name given; expected --boat NAME, FLEET_BOAT or `boat = ` in the configuration"),
     ('boat = "B 1"\n[link]\ntopology = "hub"\n', {}, {}, "boat 'B 1': expected 1 to 32 of a-z, 0-9 and -"),
     ('boat = "operator"\n[link]\ntopology="hub"\n', {}, {}, "boat 'operator': this name is kept for operators"),
     ("boat = 7\n", {}, {}, "boat.toml: boat = 7: expected text"),
@@ -151,6 +152,24 @@ WRONG: list[tuple[str, dict[str, str], dict[str, Any], str]] = [
         {},
         "boat.toml: driver.mavlink.sysid = 0: expected a whole number from 1 to 255",
     ),
+    (
+        'boat = "b1"\nhull = "canoe"\n[link]\ntopology = "hub"\n',
+        {},
+        {},
+        "hull 'canoe': no such hull; known: unicycle, otter, catamaran",
+    ),
+    (
+        'boat = "b1"\n[limits]\nspeed_min_mps = 1.5\nspeed_max_mps = 1.2\n' + HUB,
+        {},
+        {},
+        "limits.speed_min_mps = 1.5: expected less than limits.speed_max_mps = 1.2",
+    ),
+    (
+        'boat = "b1"\n[limits]\nspeed_max_mps = 0\n' + HUB,
+        {},
+        {},
+        "boat.toml: limits.speed_max_mps = 0: expected a number above 0",
+    ),
     ('boat = "b1"\nslots = 0\n', {}, {}, "boat.toml: slots = 0: expected a whole number from 1 to 64"),
 ]
 
@@ -173,6 +192,27 @@ def test_every_misfit_of_a_file_is_told_at_once(tmp_path: Path) -> None:
     with pytest.raises(ConfigError) as refused:
         load_config(file, {}, {})
     assert len(str(refused.value).splitlines()) == 3
+
+
+def test_values_that_do_not_fit_together_are_told_at_once_too(tmp_path: Path) -> None:
+    file = tmp_path / "boat.toml"
+    file.write_text('boat = "B 1"\nhull = "canoe"\n[driver]\nkind = "mavlink"\n')
+    with pytest.raises(ConfigError) as refused:
+        load_config(file, {}, {})
+    assert [line.split()[0] for line in str(refused.value).splitlines()] == [
+        "boat",
+        "hull",
+        "driver.mavlink.endpoint:",
+        "link.topology",
+    ]
+
+
+def test_a_service_managers_state_directory_is_the_default_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("STATE_DIRECTORY", str(tmp_path))
+    assert load_config(None, {"boat": "b1", "link.topology": "hub"}, {}).folder() == tmp_path
+    assert load_config(None, {"boat": "b1", "link.topology": "hub", "state_dir": "/x"}, {}).folder() == Path("/x")
 
 
 def test_flags_win_over_the_environment_and_the_environment_over_the_file(tmp_path: Path) -> None:
