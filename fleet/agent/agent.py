@@ -14,43 +14,42 @@ from fleet import __version__
 from fleet.agent import course as courses
 from fleet.agent.abroad import Sea
 from fleet.agent.background import Background
+from fleet.agent.company import Company
 from fleet.agent.course import Course, Track
 from fleet.agent.lookout import Lookout
-from fleet.agent.modes import IN_FORMATION, Goal, Mode, Reason
+from fleet.agent.modes import Goal, Reason
 from fleet.agent.orders import Orders, Sailing
-from fleet.agent.picture import Other, Picture
+from fleet.agent.picture import Picture
 from fleet.agent.report import Reporter
 from fleet.agent.resume import Resumption
-from fleet.agent.sensors import sensors_of
+from fleet.agent.route import Route
+from fleet.agent.sensors import nav_of, sensors_of
 from fleet.agent.serve import Desk
 from fleet.agent.step import Decision, Nav, Order, State, StepParams, start, step
 from fleet.agent.store import Store
 from fleet.agent.troubles import Circumstances, Troubles
 from fleet.agent.vacancies import Vacancies
-from fleet.agent.wing import InPlace, Wings
+from fleet.agent.why import Why
+from fleet.agent.wing import Wings
 from fleet.avoidance import METHODS, Method
 from fleet.avoidance.foreign.params import ForeignParams
 from fleet.avoidance.types import Peer
-from fleet.coordination import Member
 from fleet.drivers.seam import Driver, Reading
 from fleet.geo import Datum, Plane, plane_of
 from fleet.guidance import FollowParams, Limits, StationParams
 from fleet.guidance.limits import OwnLimits, within
 from fleet.mission.model import KeepingClear
 from fleet.mission.plan import Plan
-from fleet.paths import Lane
 from fleet.recording.seam import Recording
 from fleet.sensing import fusion
 from fleet.wire.bus import Bus
-from fleet.wire.messages import BoatState, FormationOrder
+from fleet.wire.messages import FormationOrder
 
 NAVIGATION_STALE_S = 1.0
 STATES_A_TICK = 256  # of one sender
 MOST_STRANGERS = 100  # boats listened to that are not of the own mission
 SAVE_S = 1.0
-STUCK_S = 10.0
 DRIVER_AGAIN_S = 1.0
-OUT_OF_REACH_S = 180.0  # exchanging places at the limits of speed takes half of it
 LONGEST_TICK_S = 1.0
 
 ZERO_DECISION: Decision[float] = Decision(
@@ -92,11 +91,12 @@ class Agent:
     ) -> None:
         self.boat, self.bus, self.driver, self.store = boat, bus, driver, store
         self.period_s = 1.0 / control_hz
+        self.company, self.route, self.why = Company(self), Route(self), Why(self)
         self.clock_ns = clock_ns
         self.orders = Orders(boat, simulated=driver.simulated, version=__version__)
         self.orders.forget = self._forget
         self.orders.resume_at = self._resume_at
-        self.orders.abscissas = self._abscissas
+        self.orders.abscissas = self.company.abscissas
         self.orders.position_error_m = lambda: self.nav.sigma
         self.plane: Plane | None = None
         self.picture = Picture(boat, self._to_local, control_hz)
@@ -122,16 +122,12 @@ class Agent:
         self.ready = False
         self.name_taken = False
         self._numbers: list[float] = []
-        self._ordered: set[float] = set()  # numbers of boats that are ahead or astern of us as their slots are
         self._watched: frozenset[str] = frozenset()
         self._strangers: set[str] = set()
         self._end_of: tuple[FormationOrder | None, float] = (None, 0.0)  # abscissa of the end, for a formation
-        self._sailing: Sailing | None = None
-        self._goal_revision = -1
         self._last_ns = 0
         self._saved_ns = 0
         self._saved_stops: tuple[str, ...] = ()
-        self._stuck_s = self._late_s = 0.0
         self.stale_s = NAVIGATION_STALE_S
         self._driver_trouble = ""
         self._driver_failed_ns = 0
@@ -139,15 +135,15 @@ class Agent:
         self._fused_ns = 0
         self.sound_ns = 0  # when navigation was last sound; 0: never
         self.may_speak = True  # False until nobody else is known to be alive under this name
-        self._set_params(None)
+        self.set_params(None)
 
     # -- set-up ----------------------------------------------------------------------------------------------------
     def can_do(self, hull: str, limits: OwnLimits) -> None:
         """What the boat's own configuration says of it, before the first tick; a mission that asks more is refused."""
         self.orders.hull, self.orders.limits = hull, limits
-        self._set_params(self.orders.sailing)
+        self.set_params(self.orders.sailing)
 
-    def _set_params(self, sailing: Sailing | None) -> None:
+    def set_params(self, sailing: Sailing | None) -> None:
         """Tuning for a mission, or for waiting."""
         clear = sailing.plan.mission.keeping_clear if sailing is not None else KeepingClear()
         limits = sailing.plan.boats[sailing.number].limits if sailing is not None else within(self.orders.limits)
@@ -194,64 +190,15 @@ class Agent:
         self._listen(now_ns)
         self.resumption.consider(now_ns)
         if self.orders.switch(now_ns):
-            self._redraw()
+            self.route.redraw()
         goal, why = self._goal(now_ns)
-        self._change_course(now_ns)
+        self.route.follow_orders(now_ns)
         self._decide(goal, now_ns, dt)
-        self.reasons = why | self._own_reasons(now_ns, dt)
+        self.reasons = why | self.why.reasons(now_ns, dt)
         self._drive()
-        self.vacancies.consider(self.orders, self._sails, now_ns)
+        self.vacancies.consider(self.orders, self.company.sails, now_ns)
         self.reporter.report(now_ns, goal, dt)
         self._keep(now_ns)
-
-    def _navigate(self, now_ns: int) -> None:
-        """What the driver knows, dead-reckoned to now."""
-        reading = self.reading = self.driver.read()
-        if reading.raw:
-            self._fuse(reading, now_ns)
-            return
-        age_s = (now_ns - reading.stamp_ns) * 1e-9
-        numbers = reading.lat_deg + reading.lon_deg + reading.heading_rad + reading.v_north_mps + reading.v_east_mps
-        known = (
-            reading.stamp_ns > 0
-            and math.isfinite(numbers)
-            and not (reading.lat_deg == 0.0 and reading.lon_deg == 0.0)
-            and abs(reading.lat_deg) <= 90.0
-            and 0.0 <= reading.position_error_m < math.inf
-        )
-        if not known or not -0.5 < age_s < self.stale_s:
-            self.nav = Nav(0.0, self.nav.x, self.nav.y, self.nav.psi, 0.0, 0.0, 0.0, self.nav.sigma)
-            return
-        x, y = self._to_local(reading.lat_deg, reading.lon_deg)
-        age_s = max(age_s, 0.0)
-        self.sound_ns = now_ns
-        self.nav = Nav(
-            1.0,
-            x + reading.v_north_mps * age_s,
-            y + reading.v_east_mps * age_s,
-            reading.heading_rad,
-            reading.v_north_mps,
-            reading.v_east_mps,
-            reading.yaw_rate_radps if math.isfinite(reading.yaw_rate_radps) else 0.0,
-            reading.position_error_m,
-        )
-        if self.decision.powered:
-            self.track.add(x, y)
-
-    def _fuse(self, reading: Reading, now_ns: int) -> None:
-        """The same from raw sensors; the course of a boat that lost one is as good as the others make it."""
-        dt = min((now_ns - self._fused_ns) * 1e-9, LONGEST_TICK_S) if self._fused_ns else self.period_s
-        self._fused_ns = now_ns
-        if self.plane is not None or math.isfinite(reading.lat_deg + reading.lon_deg):
-            self.fused = fusion.fuse(self.fused, sensors_of(reading, self._to_local, now_ns), dt)
-        f = self.fused
-        if not fusion.known(f):
-            self.nav = Nav(0.0, self.nav.x, self.nav.y, self.nav.psi, 0.0, 0.0, 0.0, self.nav.sigma)
-            return
-        self.sound_ns = now_ns
-        self.nav = Nav(1.0, f.x, f.y, f.psi, f.vx, f.vy, f.r, f.sigma)
-        if self.decision.powered:
-            self.track.add(f.x, f.y)
 
     def _listen(self, now_ns: int) -> None:
         """Take in what the others said, and answer what was asked."""
@@ -305,123 +252,39 @@ class Agent:
         )
         return self.troubles.goal(self.orders, seen)
 
-    def _change_course(self, now_ns: int) -> None:
-        """Take up another mission, or another path, when orders say so."""
-        orders = self.orders
-        sailing = orders.sailing
-        if sailing is not self._sailing:
-            self._sailing = sailing
-            self.wings.take(sailing)
-            if sailing is not None:
-                self._enter(sailing)
-        if orders.revision_of_goal == self._goal_revision:
+    def _navigate(self, now_ns: int) -> None:
+        """What the driver knows, dead-reckoned to now."""
+        reading = self.reading = self.driver.read()
+        nav = self._fuse(reading, now_ns) if reading.raw else nav_of(reading, self._to_local, now_ns, self.stale_s)
+        if nav is None:
+            last = self.nav
+            self.nav = Nav(0.0, last.x, last.y, last.psi, 0.0, 0.0, 0.0, last.sigma)
             return
-        if orders.goal == Goal.FOLLOW and sailing is not None and now_ns < sailing.starts_ns:
-            return
-        if self.nav.sound < 0.5 and orders.goal in (Goal.FOLLOW, Goal.RETURN):
-            return  # where it begins is known when the position is
-        self._goal_revision = orders.revision_of_goal
-        self._lay(sailing, now_ns)
+        self.nav, self.sound_ns = nav, now_ns
+        if self.decision.powered:
+            self.track.add(nav.x, nav.y)
 
-    def _enter(self, sailing: Sailing) -> None:
-        """Project to the mission's datum and take its roster and tuning."""
-        plane = sailing.plan.plane
-        if self.plane is not None and self.track.points:
-            self.track = Track([plane.to_local(*self.plane.to_geographic(x, y)) for x, y in self.track.points])
-        if self.plane is not None:
-            x, y = plane.to_local(*self.plane.to_geographic(self.nav.x, self.nav.y))
-            n = self.nav
-            self.nav = Nav(n.sound, x, y, n.psi, n.vx, n.vy, n.r, n.sigma)
-            self.fused = structs.replace(self.fused, x=x, y=y)
-            was = self.plane
-            self.lookout.traffic.move(lambda x, y: plane.to_local(*was.to_geographic(x, y)))
-        self.plane = plane
-        self.lookout.enter(sailing)
-        self.picture.set_roster((boat.name for boat in sailing.plan.boats), plane.to_local)
-        self.picture.set_state_hz(min(sailing.plan.mission.state_hz, 1.0 / self.period_s))
-        self.reporter.state_ns = int(1e9 / sailing.plan.mission.state_hz)
-        for boat in sailing.plan.boats:
-            if boat.name != self.boat:
-                self.bus.watch(boat.name)
-        self.bus.watch(self.boat)
-        self.reporter.mission(sailing)
-        self.course = courses.at_point(self.nav.x, self.nav.y)
-        self._set_params(sailing)
-        self.reporter.course(self.course)
-
-    def _lay(self, sailing: Sailing | None, now_ns: int) -> None:
-        """The path that the new goal asks for, and where on it the boat begins."""
-        nav, goal = self.nav, self.orders.goal
-        if goal == Goal.FOLLOW and sailing is not None:
-            before = self.course.kind
-            s = self.resumption.take_abscissa()
-            if s is None and before == "mission":
-                s = courses.start_abscissa(sailing, nav.x, nav.y, None, around=self.state.s)
-            if s is None:
-                s = courses.start_abscissa(sailing, nav.x, nav.y, self._lap_reference(sailing, now_ns))
-            self.course = courses.along_mission(sailing)
-        elif goal == Goal.RETURN:
-            home = sailing.plan.home if sailing is not None else None
-            back = courses.back_along(self.track.points, (nav.x, nav.y), home)
-            if back is None:
-                self.orders.turn_back(Goal.HOLD, "no track to go back along")
-                self._goal_revision = self.orders.revision_of_goal
-                return
-            self.course, s = back, 0.0
-        elif self.course.kind == "mission" and sailing is not None:
-            s = self.state.s
-        else:
-            self.course, s = courses.at_point(nav.x, nav.y), 0.0
-        old = self.state
-        self.state = State(s, 0.0, old.good, 0.0, old.x_h, old.y_h, 0.0, old.keep, old.foreign)
-        self.reporter.course(self.course)
-
-    def _redraw(self) -> None:
-        """Another formation is in force: over to the lane of the own slot."""
-        sailing = self.orders.sailing
-        self.wings.take(sailing)
-        if sailing is None or self.course.kind != "mission":
-            return
-        redrawing, lane = sailing.redrawing, sailing.shape.abeam(sailing.number)
-        length = redrawing.duration_s * sailing.shape.cruise_mps if redrawing is not None else 0.0
-        radius = self.params.limits.speed_max_mps / self.params.limits.yaw_rate_max_radps
-        course = courses.over_to(self.course, lane, self.state.s, length, radius)
-        if course is not self.course:
-            self.course = course
-            self.reporter.course(course)
-
-    def _lap_reference(self, sailing: Sailing, now_ns: int) -> tuple[float, float] | None:
-        """(abscissa, offset) of the lowest slot present: of those that sail already, else of those that are there."""
-        sailing_ones: list[tuple[float, float, float]] = []
-        waiting: list[tuple[float, float, float]] = []
-        shape = sailing.shape
-        for boat in sailing.plan.boats:
-            other = self.picture.others.get(boat.name)
-            if other is None or other.track is None or self.picture.silent(other, now_ns, False):
-                continue
-            track = other.track
-            offset = shape.ahead(boat.number)
-            if track.state.mission_id == sailing.order.mission_id and track.state.mode in (Mode.FOLLOW, Mode.AVOID):
-                sailing_ones.append((offset, self.picture.abscissa(other, track, now_ns), offset))
-            else:
-                waiting.append((offset, boat.path.project(track.x, track.y), offset))
-        me = sailing.plan.boats[sailing.number]
-        if not sailing_ones:
-            offset = shape.ahead(me.number)
-            waiting.append((offset, me.path.project(self.nav.x, self.nav.y), offset))
-        _, s, offset = min(sailing_ones or waiting)
-        return s, offset
+    def _fuse(self, reading: Reading, now_ns: int) -> Nav[float] | None:
+        """The same from raw sensors; the course of a boat that lost one is as good as the others make it."""
+        dt = min((now_ns - self._fused_ns) * 1e-9, LONGEST_TICK_S) if self._fused_ns else self.period_s
+        self._fused_ns = now_ns
+        if self.plane is not None or math.isfinite(reading.lat_deg + reading.lon_deg):
+            self.fused = fusion.fuse(self.fused, sensors_of(reading, self._to_local, now_ns), dt)
+        f = self.fused
+        return Nav(1.0, f.x, f.y, f.psi, f.vx, f.vy, f.r, f.sigma) if fusion.known(f) else None
 
     # -- deciding --------------------------------------------------------------------------------------------------
     def _decide(self, goal: Goal, now_ns: int, dt: float) -> None:
         link_up = self.bus.link_up()
         alive = self.bus.alive()
         nav = self.nav
-        self.peers = self.picture.peers(now_ns, lambda name: link_up and name not in alive, (nav.x, nav.y), self._along)
-        members = self._members(now_ns, dt)
+        self.peers = self.picture.peers(
+            now_ns, lambda name: link_up and name not in alive, (nav.x, nav.y), self.company.along
+        )
+        members = self.company.members(now_ns, dt)
         self.lookout.hear(now_ns)
         idle = goal in (Goal.STANDBY, Goal.NEUTRAL)  # nothing to decide, and nothing to remember from it
-        peers = [] if idle else self._minded()
+        peers = [] if idle else self.company.minded()
         numbers = [peer.number for peer in peers]
         state = self.state
         if numbers != self._numbers:
@@ -437,23 +300,6 @@ class Agent:
             state, nav, members, peers, order, path, self.method, self.params, dt, abroad, leader
         )
         self.reporter.tick(now_ns, dt, state, nav, members, peers, order, self.decision, abroad, leader)
-
-    def _minded(self) -> list[Peer[float]]:
-        """The vehicles that keeping clear looks at."""
-        if not self.wings.flies:
-            return [structs.replace(p, ordered=1.0) if p.number in self._ordered else p for p in self.peers]
-        d, x, y = self.decision, self.nav.x, self.nav.y
-        own = InPlace(d.mode, d.e, d.y_e)
-        others = {float(other.number): other for other in self.picture.others.values()}
-
-        def near(p: Peer[float]) -> bool:
-            return math.hypot(p.x - x, p.y - y) <= self.radius_m
-
-        def minded(p: Peer[float]) -> bool:
-            other = others.get(p.number)
-            return other is None or p.known < 0.5 or near(p) or self.wings.minded(own, other)
-
-        return [p for p in self.peers if minded(p)]
 
     def _order(self, goal: Goal) -> Order[float]:
         sailing, limits = self.orders.sailing, self.params.limits
@@ -481,125 +327,6 @@ class Agent:
             s_end=s_end,
             stretch=stretch,
         )
-
-    def _along(self, name: str, s: float) -> tuple[float, float] | None:
-        """Where a boat of our mission is at an abscissa of its path."""
-        sailing = self.orders.sailing
-        number = self.picture.roster.get(name)
-        if sailing is None or number is None:
-            return None
-        point = sailing.plan.boats[number].lane(sailing.shape).at(s)
-        return point.x, point.y
-
-    def _members(self, now_ns: int, dt: float) -> list[Member[float]]:
-        """The boats of the formation, in the order of the roster; notes which are ahead or astern as they should."""
-        self._ordered.clear()
-        sailing = self.orders.sailing
-        if sailing is None or self.wings.flies:  # wingmen look at their leader, and the leader at nobody
-            return []
-        members: list[Member[float]] = []
-        me, offset = sailing.plan.boats[sailing.number], self.offset_m
-        for boat in sailing.plan.boats:
-            other = self.picture.others.get(boat.name)
-            if other is None or other.track is None:
-                continue
-            weight = self.picture.weigh(other, self.present(other, other.track.state, sailing), dt)
-            if weight > 0.0:
-                lane = boat.lane(sailing.shape) if sailing.drawn[boat.number][1] else boat.path
-                stretch = lane.stretch(other.track.state.s_m) if isinstance(lane, Lane) else 1.0
-                s = self.picture.abscissa(other, other.track, now_ns, stretch)
-                ahead = sailing.ahead(boat.number, now_ns)
-                members.append(Member(weight, s - ahead))
-                if boat.path_name == me.path_name and self._in_order(s - self.state.s, ahead - offset):
-                    self._ordered.add(float(boat.number))
-        return members
-
-    def _in_order(self, gap_m: float, wanted_m: float) -> bool:
-        """Whether a boat so far ahead along the path is on the side where it belongs, on the same lap."""
-        path = self.course.path
-        lap_m = path.length if path.closed else courses.ENDLESS
-        return gap_m * wanted_m > 0.0 and self.radius_m < abs(gap_m) < 0.5 * lap_m
-
-    def present(self, other: Other, state: BoatState, sailing: Sailing) -> bool:
-        """Fresh state, same mission id and formation revision, mode follow or avoid."""
-        return (
-            state.mission_id == sailing.order.mission_id
-            and state.in_force == sailing.formation.revision
-            and state.mode in IN_FORMATION
-            and state.simulated == self.driver.simulated
-            and other.second is None
-            and other.name not in self.picture.silent_names
-        )
-
-    def _sails(self, name: str) -> bool:
-        """Whether a boat of the roster sails in the formation."""
-        if name == self.boat:
-            return self.decision.mode in IN_FORMATION and self.course.kind == "mission"
-        sailing, other = self.orders.sailing, self.picture.others.get(name)
-        if sailing is None or other is None or other.track is None:
-            return False
-        state = other.track.state
-        there = state.mode in IN_FORMATION and state.mission_id == sailing.order.mission_id
-        return there and name not in self.picture.silent_names
-
-    def _own_reasons(self, now_ns: int, dt: float) -> Reason:
-        """What `step`, the picture and the disk have to say."""
-        d, why = self.decision, Reason(0)
-        if d.mode == Mode.FAULT or self.nav.sound < 0.5:
-            why |= Reason.NAVIGATION
-        if d.avoiding > 0.5:
-            why |= Reason.AVOIDING
-        if d.braking > 0.5:
-            why |= Reason.BRAKING
-        if self.lookout.acting:
-            why |= Reason.FOREIGN
-        following = d.mode in (Mode.FOLLOW, Mode.AVOID)
-        self._stuck_s = self._stuck_s + dt if following and d.avoiding > 0.5 and d.U < 0.1 else 0.0
-        if self._stuck_s > STUCK_S:
-            why |= Reason.BOXED_IN
-        self._late_s = self._late_s + dt if following and abs(d.e) > 5.0 else 0.0
-        if self._late_s > OUT_OF_REACH_S:
-            why |= Reason.SLOT_OUT_OF_REACH
-        if self.state.ended > 0.5:
-            why |= Reason.MISSION_ENDED
-        if self.wings.lost_ns:
-            why |= Reason.LEADER_LOST
-        if self.wings.stopped:
-            why |= Reason.LEADER_STOPPED
-        if self.store.trouble:
-            why |= Reason.STORE
-        if self.reporter.recording.trouble:
-            why |= Reason.NOT_RECORDING
-        if now_ns - self.picture.own_name_heard_ns < 5e9 and self.picture.own_name_heard_ns:
-            why |= Reason.IDENTITY_CLASH
-        return why | self._others_reasons(now_ns)
-
-    def _others_reasons(self, now_ns: int) -> Reason:
-        why = Reason(0)
-        sailing = self.orders.sailing
-        for other in self.picture.others.values():
-            if other.second is not None and self.picture.clashes(other, now_ns):
-                why |= Reason.IDENTITY_CLASH
-            if other.track is None or sailing is None or other.name not in self.picture.roster:
-                continue
-            if other.name in self.picture.silent_names:
-                why |= Reason.PEER_SILENT
-            elif other.track.state.mission_id not in ("", sailing.order.mission_id):
-                why |= Reason.PEER_ELSEWHERE
-        return why
-
-    def _abscissas(self) -> dict[str, float]:
-        """Where this boat and those that it hears are on their paths, for the check of a change."""
-        sailing = self.orders.sailing
-        if sailing is None or self.course.kind != "mission":
-            return {}
-        now_ns, mission_id = self._last_ns, sailing.order.mission_id
-        found = {self.boat: self.state.s}
-        for other in self.picture.others.values():
-            track = other.track
-            if track is not None and other.name in self.picture.roster and track.state.mission_id == mission_id:
-                found[other.name] = self.picture.abscissa(other, track, now_ns)
-        return found
 
     # -- acting ----------------------------------------------------------------------------------------------------
     def _drive(self) -> None:

@@ -103,7 +103,11 @@ class Lookout:
         agent = self._agent
         for boat in sailing.plan.boats:
             other = agent.picture.others.get(boat.name)
-            if other is not None and other.track is not None and agent.present(other, other.track.state, sailing):
+            if (
+                other is not None
+                and other.track is not None
+                and agent.company.present(other, other.track.state, sailing)
+            ):
                 yield boat.number, other
 
     def _fellows(self, sailing: Sailing, there: dict[int, Other], now_ns: int) -> Iterator[Fellow]:

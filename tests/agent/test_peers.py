@@ -97,7 +97,7 @@ def test_a_silent_boat_on_a_bend_is_predicted_along_its_path_not_off_the_tangent
         track,
         sea.now_ns,
         (on_path.x, on_path.y),
-        agent._along,
+        agent.company.along,
     )
     assert math.hypot(at_end.x - on_path.x, at_end.y - on_path.y) < 0.5
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from fleet.agent.agent import OUT_OF_REACH_S
 from fleet.agent.modes import Mode, Reason
+from fleet.agent.why import OUT_OF_REACH_S
 from fleet.drivers.seam import Reading
 from fleet.mission.model import Fence, Lost
 from tests.agent.harness import Sea, mission, sailing
