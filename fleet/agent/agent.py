@@ -18,11 +18,12 @@ from fleet.agent.company import Company
 from fleet.agent.course import Course, Track
 from fleet.agent.lookout import Lookout
 from fleet.agent.modes import Goal, Reason
-from fleet.agent.orders import Orders, Sailing
+from fleet.agent.orders import Orders
 from fleet.agent.picture import Picture
 from fleet.agent.report import Reporter
 from fleet.agent.resume import Resumption
 from fleet.agent.route import Route
+from fleet.agent.sailing import Sailing
 from fleet.agent.sensors import nav_of, sensors_of
 from fleet.agent.serve import Desk
 from fleet.agent.step import Decision, Nav, Order, State, StepParams, start, step

@@ -17,8 +17,8 @@ from fleet.wire.messages import BoatState
 
 if TYPE_CHECKING:
     from fleet.agent.agent import Agent
-    from fleet.agent.orders import Sailing
     from fleet.agent.picture import Other
+    from fleet.agent.sailing import Sailing
 
 
 class Company:

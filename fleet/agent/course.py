@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from msgspec import Struct
 
-from fleet.agent.orders import Sailing
+from fleet.agent.sailing import Sailing
 from fleet.mission.pattern import Shape
 from fleet.mission.plan import Plan
 from fleet.paths import Lane, Path, PathError, Shift, lane, shift_length, straight, through

@@ -24,8 +24,8 @@ from fleet.wire.messages import ForeignOrder
 
 if TYPE_CHECKING:
     from fleet.agent.agent import Agent
-    from fleet.agent.orders import Sailing
     from fleet.agent.picture import Other
+    from fleet.agent.sailing import Sailing
 
 IN_SLOT_M = 10.0  # along the path; farther out a boat decides for itself
 ONE_WAY = 0.5  # cosine of the angle between the paths of boats that decide as one

@@ -26,7 +26,7 @@ from fleet.wire.messages import MAJOR, BoatState, BoatStatus, FleetEvent, Revisi
 if TYPE_CHECKING:
     from fleet.agent.agent import Agent
     from fleet.agent.course import Course
-    from fleet.agent.orders import Sailing
+    from fleet.agent.sailing import Sailing
 
 STATUS_S = 1.0
 VIEWER_S = 0.5

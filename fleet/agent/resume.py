@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from fleet.agent import course as courses
 from fleet.agent.modes import Goal, Reason
-from fleet.agent.orders import Sailing
+from fleet.agent.sailing import Sailing
 from fleet.agent.store import UNKNOWN_BOOT, Kept, Progress
 from fleet.geo import Plane
 

@@ -13,7 +13,7 @@ from fleet.agent.step import Nav, State
 
 if TYPE_CHECKING:
     from fleet.agent.agent import Agent
-    from fleet.agent.orders import Sailing
+    from fleet.agent.sailing import Sailing
 
 
 class Route:

@@ -16,7 +16,7 @@ from fleet.wire.messages import MAJOR, Ack, BoatState, Command, Echo, Held, Sign
 
 if TYPE_CHECKING:
     from fleet.agent.agent import Agent
-    from fleet.agent.orders import Sailing
+    from fleet.agent.sailing import Sailing
 
 log = logging.getLogger("fleet.agent")
 REQUESTS_A_TICK = 128

@@ -5,8 +5,8 @@ from __future__ import annotations
 from msgspec import Struct
 
 from fleet.agent.modes import IN_FORMATION, Mode
-from fleet.agent.orders import Sailing
 from fleet.agent.picture import Other, Picture
+from fleet.agent.sailing import Sailing
 from fleet.coordination import Leader
 from fleet.mission.formation import gap_needed
 from fleet.mission.pattern import Shape
