@@ -23,6 +23,7 @@ class SensorConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     kind: Annotated[str, Meta(min_length=1)]
     name: str = ""  # in words about it; empty: its kind
     endpoint: str = ""  # serial:DEVICE:BAUD, tcp:HOST:PORT, udp:HOST:PORT (there we listen)
+    insecure: bool = False  # it is meant that anybody on the network can write to this endpoint
     use: tuple[Use, ...] = ()  # of what it gives; empty: all
     delay_s: Annotated[float, Meta(ge=0.0, le=2.0)] = 0.0  # from a measurement to its arrival here
     silent_s: Annotated[float, Meta(gt=0.0, le=3600.0)] = 3.0  # nothing to use for so long is trouble

@@ -13,7 +13,26 @@ from fleet.plugins import Kinds
 Factory = Callable[[str, SensorConfig, Callable[[], int]], Sensor]
 """(boat, its table in `[[driver.sensors]]`, the agent's clock [ns]) -> sensor, not yet open; ConfigError if wrong."""
 
-BUILT_IN: dict[str, Factory] = {}
+
+def _nmea(boat: str, config: SensorConfig, now_ns: Callable[[], int]) -> Sensor:
+    from fleet.drivers.nmea.sensor import nmea
+
+    return nmea(boat, config, now_ns)
+
+
+def _ais(boat: str, config: SensorConfig, now_ns: Callable[[], int]) -> Sensor:
+    from fleet.drivers.nmea.sensor import ais
+
+    return ais(boat, config, now_ns)
+
+
+def _gpsd(boat: str, config: SensorConfig, now_ns: Callable[[], int]) -> Sensor:
+    from fleet.drivers.gpsd.sensor import gpsd
+
+    return gpsd(boat, config, now_ns)
+
+
+BUILT_IN: dict[str, Factory] = {"nmea": _nmea, "gpsd": _gpsd, "ais": _ais}
 OTHERS: Kinds[Factory] = Kinds("fleet.sensors", {})
 OWN = "driver"
 
@@ -32,6 +51,11 @@ def wrong_sensors(sensors: Sequence[SensorConfig]) -> str:
         names.add(one.called)
         if one.kind == OWN and (one.endpoint or one.options):
             return f"{where}: stands for what the driver measures; expected no endpoint and no options"
+        if one.kind in BUILT_IN:
+            try:
+                BUILT_IN[one.kind]("", one, lambda: 0)
+            except ConfigError as error:
+                return str(error)
     return ""
 
 

@@ -1,0 +1,1 @@
+"""AIS: other vessels' own words, heard and, for plotters, said."""

@@ -1,0 +1,1 @@
+"""gpsd: its JSON on a TCP port."""
