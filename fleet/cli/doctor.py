@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -12,12 +13,14 @@ from fleet.cli.options import Json, seconds
 from fleet.errors import UsageError
 
 if TYPE_CHECKING:
+    from fleet.doctor.finding import Finding as General
     from fleet.drivers.mavlink.ashore import Ashore
     from fleet.drivers.mavlink.checklist import Finding
 
 FIND_S, MEASURE_S = 5.0, 3.0
 
-app = typer.Typer(no_args_is_help=True, help="Check what a boat runs on.")
+app = typer.Typer()
+COLOURS = {"ok": "green", "warn": "yellow", "fail": "red"}
 
 Endpoint = Annotated[
     str,
@@ -40,6 +43,50 @@ def config(endpoint: str, sysid: int, own_sysid: int, **more: Any) -> Any:
     made = MavlinkConfig(endpoint=endpoint, sysid=sysid, own_sysid=own_sysid, **more)
     made.check()
     return made
+
+
+@app.callback(invoke_without_command=True)
+def whole(
+    context: typer.Context,
+    config: Annotated[
+        Path | None, typer.Option(envvar="FLEET_CONFIG", metavar="FILE", help="The boat's TOML file.")
+    ] = None,
+    timeout: Annotated[float, typer.Option(metavar="SECONDS", help="How long to wait for each answer.")] = 5.0,
+    json: Json = False,
+) -> None:
+    """Look at a boat as a whole: clock, disk, ports, CAN, links, credentials, versions, driver; and say what to do.
+
+    Changes nothing and commands nothing. Exit code 1 if something must be done before the boat sails. `fleet doctor
+    mavlink` looks closer at an autopilot.
+    """
+    if context.invoked_subcommand is not None:
+        return
+    patience_s = seconds(timeout, "--timeout", least=0.0)
+    from fleet.agent.config import load_config
+    from fleet.doctor.examine import examine
+
+    boat = load_config(config) if config is not None else None
+    findings = []
+    for one in examine(boat, patience_s):
+        findings.append(one)
+        if not json:
+            _say(one)
+    bad = [one for one in findings if one.verdict == "fail"]
+    if json:
+        import msgspec
+
+        name = boat.boat if boat is not None else None
+        say.out_json({"boat": name, "findings": msgspec.to_builtins(findings), "fit": not bad})
+    if bad:
+        say.error(f"not fit yet: {say.count(len(bad), 'thing')} to mend")
+        raise typer.Exit(1)
+
+
+def _say(one: General) -> None:
+    """A finding, and below it what to do."""
+    say.out(f"{say.paint(f'{one.verdict:4}', COLOURS[one.verdict])}  {one.subject:11}  {one.found}")
+    if one.do:
+        say.out(f"      {'':11}  -> {one.do}")
 
 
 @app.command("mavlink")

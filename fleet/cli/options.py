@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
+from typer.core import TyperGroup
 
 from fleet.errors import UsageError
 
@@ -81,3 +82,16 @@ def seconds(value: float, option: str, least: float) -> float:
         above = "more than 0" if least == 0.0 else "at least 0"
         raise UsageError(f"{option} {value:g}: expected {above} and at most {LONGEST_S:g} s")
     return value
+
+
+def short_for(word: str, *, bare: bool = False) -> type[TyperGroup]:
+    """A group in which `fleet group ...` is short for `fleet group word ...`; with `bare`, `fleet group` is, too."""
+
+    class Words(TyperGroup):
+        def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+            """Put the word in where none of ours is first."""
+            if bare if not args else args[0] not in (*self.commands, "-h", "--help"):
+                args = [word, *args]
+            return super().parse_args(ctx, args)
+
+    return Words

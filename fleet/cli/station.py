@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from fleet.cli import say
+from fleet.cli import say, service
 from fleet.cli.options import DEFAULT_ENDPOINT, Json, endpoints
 from fleet.errors import FleetError, UsageError
 
@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 def add_to(app: typer.Typer) -> None:
     """Register the commands."""
-    app.command("agent")(agent)
+    service.app.command("run")(agent)
+    app.add_typer(service.app, name="agent")
     app.command("hub")(hub)
 
 

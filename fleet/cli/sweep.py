@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from typer.core import TyperGroup
 
 from fleet.cli import say
-from fleet.cli.options import Json, Runs
+from fleet.cli.options import Json, Runs, short_for
 from fleet.cli.sail import INTERRUPTED, interruptible
 from fleet.errors import FleetError, RecordingError, UsageError
 
@@ -23,18 +22,8 @@ if TYPE_CHECKING:
 MOST_JOBS = 256
 
 
-class _Words(TyperGroup):
-    """`fleet sweep FAMILY` is short for `fleet sweep run FAMILY`."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Put the word in where none of ours is first."""
-        if args and args[0] not in self.commands and args[0] not in ("-h", "--help"):
-            args = ["run", *args]
-        return super().parse_args(ctx, args)
-
-
 app = typer.Typer(
-    cls=_Words,
+    cls=short_for("run"),
     help="Families of scenarios by the thousand: fleet sweep FAMILY sails one.",
     no_args_is_help=True,
     rich_markup_mode=None,
