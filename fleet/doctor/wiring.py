@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import shutil
@@ -90,15 +91,23 @@ def processes(root: Path = Path("/")) -> Iterator[tuple[int, list[str]]]:
 
 def holding(place: Path, root: Path = Path("/")) -> list[str]:
     """Who has a device open, as far as it may be seen."""
-    wanted, found = str(place.resolve()), []
-    for number, words in processes(root):
-        try:
-            opened = [os.readlink(one) for one in (root / "proc" / str(number) / "fd").iterdir()]
-        except OSError:
-            continue
-        if wanted in opened:
-            found.append(f"process {number} ({' '.join(words)[:60]})")
-    return found
+    wanted = str(place.resolve())
+    return [
+        f"process {number} ({' '.join(words)[:60]})" for number, words in processes(root) if _has(wanted, number, root)
+    ]
+
+
+def _has(wanted: str, number: int, root: Path) -> bool:
+    """Whether a process has a device open, as far as it may be seen."""
+    try:
+        opened = list((root / "proc" / str(number) / "fd").iterdir())
+    except OSError:
+        return False
+    for one in opened:
+        with contextlib.suppress(OSError):  # closed meanwhile
+            if os.readlink(one) == wanted:
+                return True
+    return False
 
 
 def agent_of(boat: str, root: Path = Path("/")) -> int:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from unittest import mock
 
 FLEET = [sys.executable, "-m", "fleet.cli.main"]
 DEADLINE_S = 30.0
@@ -31,6 +33,20 @@ def fleet(*argv: str, cwd: Path | None = None, **more: str) -> subprocess.Comple
         env=environment(**more),
         check=False,
     )
+
+
+def here(*argv: str, **more: str) -> subprocess.CompletedProcess[str]:
+    """As `fleet`, in this process: starting one takes longer than most commands' work."""
+    from fleet.cli.main import main
+
+    out, err = io.StringIO(), io.StringIO()
+    with (
+        mock.patch.dict(os.environ, environment(**more), clear=True),
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+    ):
+        code = main(argv)
+    return subprocess.CompletedProcess(argv, code, out.getvalue(), err.getvalue())
 
 
 @contextlib.contextmanager

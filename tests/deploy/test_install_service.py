@@ -15,7 +15,7 @@ from fleet.agent.config import load_config
 from fleet.agent.service import MARK, service_of
 from fleet.cli.main import main
 from fleet.errors import UsageError
-from tests.cli.terminal import fleet
+from tests.cli.terminal import here
 
 PROGRAM = Path("/opt/fleet/bin/fleet")
 
@@ -29,35 +29,35 @@ def boat(tmp_path: Path) -> Path:
 
 # -- check -------------------------------------------------------------------------------------------------------------
 def test_a_good_file_is_said_in_a_line_and_a_bad_one_with_every_misfit(boat: Path) -> None:
-    good = fleet("agent", "check", str(boat))
+    good = here("agent", "check", str(boat))
     assert (good.returncode, good.stdout) == (0, f"{boat}: boat otter-1 of fleet demo, driver simulated\n")
     boat.write_text('boat = "otter-1"\nslots = 0\nspeed = 3\n')
-    bad = fleet("agent", "check", str(boat))
+    bad = here("agent", "check", str(boat))
     assert (bad.returncode, bad.stdout) == (2, "")
     assert len(bad.stderr.splitlines()) == 2
-    told = json.loads(fleet("agent", "check", str(boat), "--json").stdout)
+    told = json.loads(here("agent", "check", str(boat), "--json").stdout)
     assert (told["fit"], len(told["misfits"])) == (False, 2)
 
 
 def test_the_environment_does_not_count_in_a_check(boat: Path) -> None:
-    assert fleet("agent", "check", str(boat), FLEET_BOAT="NO NAME").returncode == 0
-    assert fleet("agent", "--config", str(boat), "--check", FLEET_BOAT="NO NAME").returncode == 2
+    assert here("agent", "check", str(boat), FLEET_BOAT="NO NAME").returncode == 0
+    assert here("agent", "--config", str(boat), "--check", FLEET_BOAT="NO NAME").returncode == 2
 
 
 def test_an_open_link_is_said(boat: Path) -> None:
     boat.write_text('boat = "otter-1"\n[link]\nlisten = ["tcp/0.0.0.0:7447"]\n')
-    refused = fleet("agent", "check", str(boat))
+    refused = here("agent", "check", str(boat))
     assert refused.returncode == 2
     assert "link.insecure = true" in refused.stderr
     boat.write_text('boat = "otter-1"\n[link]\nlisten = ["tcp/0.0.0.0:7447"]\ninsecure = true\n')
-    meant = fleet("agent", "check", str(boat))
+    meant = here("agent", "check", str(boat))
     assert meant.returncode == 0
     assert "INSECURE" in meant.stderr
 
 
 # -- the unit ----------------------------------------------------------------------------------------------------------
 def test_the_unit_is_printed_and_nothing_is_written(boat: Path) -> None:
-    run = fleet("agent", "install-service", "--config", str(boat))
+    run = here("agent", "install-service", "--config", str(boat))
     assert run.returncode == 0
     assert run.stdout.startswith(MARK)
     assert f" agent --config {boat}\n" in run.stdout
@@ -91,7 +91,7 @@ def test_systemd_finds_nothing_wrong_with_what_is_printed(boat: Path, tmp_path: 
     if analyze is None:
         pytest.skip("systemd-analyze is not installed")
     unit = tmp_path / "fleet-agent@otter-1.service"
-    unit.write_text(fleet("agent", "install-service", "--config", str(boat)).stdout)
+    unit.write_text(here("agent", "install-service", "--config", str(boat)).stdout)
     run = subprocess.run([analyze, "verify", str(unit)], capture_output=True, text=True, check=False)
     assert (run.returncode, run.stderr) == (0, "")
 
@@ -100,15 +100,15 @@ def test_systemd_finds_nothing_wrong_with_what_is_printed(boat: Path, tmp_path: 
 def test_it_is_installed_below_a_folder_once_and_again(boat: Path, tmp_path: Path) -> None:
     root = tmp_path / "image"
     apply = ("agent", "install-service", "--config", str(boat), "--apply", "--root", str(root))
-    first = fleet(*apply)
+    first = here(*apply)
     unit = root / "etc/systemd/system/fleet-agent@otter-1.service"
     assert (first.returncode, first.stdout.splitlines()[0]) == (0, f"{unit}: written")
-    assert unit.read_text() == fleet("agent", "install-service", "--config", str(boat)).stdout
+    assert unit.read_text() == here("agent", "install-service", "--config", str(boat)).stdout
     assert (root / "etc/sysusers.d/fleet.conf").read_text().startswith("u fleet ")
-    assert f"{unit}: as it should be" in fleet(*apply).stdout
+    assert f"{unit}: as it should be" in here(*apply).stdout
     boat.write_text(boat.read_text() + "lease_ms = 1000\n")
     boat.write_text('state_dir = "/srv/fleet"\n' + boat.read_text())
-    assert f"{unit}: written" in fleet(*apply).stdout, "its own file is replaced"
+    assert f"{unit}: written" in here(*apply).stdout, "its own file is replaced"
     assert "ReadWritePaths=/srv/fleet" in unit.read_text()
 
 
@@ -118,11 +118,11 @@ def test_somebody_elses_file_is_left_alone_without_force(boat: Path, tmp_path: P
     unit.parent.mkdir(parents=True)
     unit.write_text("[Unit]\nDescription=mine\n")
     apply = ("agent", "install-service", "--config", str(boat), "--apply", "--root", str(root))
-    refused = fleet(*apply)
+    refused = here(*apply)
     assert refused.returncode == 1
     assert "not written by this command; --force overwrites it" in refused.stderr
     assert unit.read_text() == "[Unit]\nDescription=mine\n"
-    assert fleet(*apply, "--force").returncode == 0
+    assert here(*apply, "--force").returncode == 0
     assert unit.read_text().startswith(MARK)
 
 

@@ -15,7 +15,7 @@ from fleet.drivers.seam import Driver, Reading
 from fleet.errors import ConfigError
 from fleet.sim.processes import free_port
 from fleet.wire.link import LinkConfig
-from tests.cli.terminal import fleet, running, until
+from tests.cli.terminal import here, running, until
 
 
 class Told:
@@ -114,7 +114,7 @@ def boat(tmp_path: Path, endpoint: str, world: str = "127.0.0.1:9") -> Path:
 def test_a_boat_whose_hub_is_there_and_whose_agent_runs(tmp_path: Path) -> None:
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     file = boat(tmp_path, endpoint)
-    before = fleet("doctor", "--config", str(file), "--timeout", "0.5")
+    before = here("doctor", "--config", str(file), "--timeout", "0.5")
     assert before.returncode == 1
     assert "nobody listens there" in before.stdout
     assert "simulated: it opens, and says nothing" in before.stdout or "simulated: no world" in before.stdout
@@ -123,8 +123,8 @@ def test_a_boat_whose_hub_is_there_and_whose_agent_runs(tmp_path: Path) -> None:
     with running("hub", "--listen", endpoint) as hub, running("agent", "--config", str(file)) as agent:
         assert hub.stdout is not None
         assert hub.stdout.readline()
-        until(lambda: fleet("status", FLEET_CONNECT=endpoint).returncode == 0, "b1 is in reach")
-        run = fleet("doctor", "--config", str(file), "--json")
+        until(lambda: here("status", FLEET_CONNECT=endpoint).returncode == 0, "b1 is in reach")
+        run = here("doctor", "--config", str(file), "--json")
         told = json.loads(run.stdout)
         found = {one["subject"]: one for one in told["findings"]}
         assert (told["boat"], told["fit"], run.returncode) == ("b1", True, 0), told
@@ -135,7 +135,7 @@ def test_a_boat_whose_hub_is_there_and_whose_agent_runs(tmp_path: Path) -> None:
 
 
 def test_without_a_configuration_the_machine_is_looked_at(tmp_path: Path) -> None:
-    run = fleet("doctor", HOME=str(tmp_path))
+    run = here("doctor", HOME=str(tmp_path))
     assert run.returncode == 0, run.stdout
     assert "only the machine was looked at" in run.stdout
 
@@ -143,7 +143,7 @@ def test_without_a_configuration_the_machine_is_looked_at(tmp_path: Path) -> Non
 def test_a_wrong_configuration_is_wrong_input(tmp_path: Path) -> None:
     file = tmp_path / "b1.toml"
     file.write_text('boat = "b1"\nspeed = 3\n')
-    run = fleet("doctor", "--config", str(file))
+    run = here("doctor", "--config", str(file))
     assert (run.returncode, run.stdout) == (2, "")
     assert "speed: unknown key" in run.stderr
 
