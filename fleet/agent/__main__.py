@@ -11,6 +11,7 @@ from fleet.agent.config import AgentConfig
 from fleet.agent.journal import set_up
 from fleet.agent.process import end_on_signals, end_with_parent, run_agent
 from fleet.errors import FleetError
+from fleet.wire.zenoh_log import capture
 
 
 def main() -> int:
@@ -21,6 +22,8 @@ def main() -> int:
     set_up(config.boat)
     if "--with-parent" in sys.argv[2:]:
         end_with_parent(stop)
+    if config.link.credentials:
+        capture()
     try:
         run_agent(config, stop)
     except FleetError as error:

@@ -7,6 +7,8 @@ The same class runs in a boat's process (`loop`), and in a lock-step simulation;
 from __future__ import annotations
 
 import math
+from collections import Counter
+from collections.abc import Callable
 
 from msgspec import structs
 
@@ -16,6 +18,7 @@ from fleet.agent.abroad import Sea
 from fleet.agent.background import Background
 from fleet.agent.company import Company
 from fleet.agent.course import Course, Track
+from fleet.agent.guard import Guard
 from fleet.agent.lookout import Lookout
 from fleet.agent.modes import Goal, Reason
 from fleet.agent.orders import Orders
@@ -44,6 +47,7 @@ from fleet.mission.plan import Plan
 from fleet.recording.seam import Recording
 from fleet.sensing import fusion
 from fleet.wire.bus import Bus
+from fleet.wire.credentials.trust import Trust
 from fleet.wire.messages import FormationOrder
 
 NAVIGATION_STALE_S = 1.0
@@ -89,6 +93,7 @@ class Agent:
         control_hz: float = 10.0,
         clock_ns: int = 50_000_000,
         threaded: bool = False,
+        trust: Trust | None = None,
     ) -> None:
         self.boat, self.bus, self.driver, self.store = boat, bus, driver, store
         self.period_s = 1.0 / control_hz
@@ -109,6 +114,9 @@ class Agent:
         self.wings = Wings()
         self.vacancies = Vacancies(boat)
         self.track = Track()
+        self.links: Counter[str] = Counter()  # what the network refused, in words
+        self.security: Callable[[], str] = lambda: trust.warning() if trust is not None else ""
+        self.guard = Guard(self.orders, trust, lambda: self.clock_ns)
         self.desk = Desk(self)
         self.lookout = Lookout(self, now_ns)
         self.reporter = Reporter(self, recording, epoch=now_ns)

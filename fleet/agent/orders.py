@@ -67,10 +67,14 @@ class Orders(Formations):
             answered[command.id] = digest, ack
         return ack
 
+    def answered(self, command: Command) -> bool:
+        """Whether a command with this id was answered before: then it is not obeyed again."""
+        return command.id in self._obeyed or command.id in self._refused
+
     def work(self, command: Command, now_ns: int) -> Callable[[], None] | None:
         """What takes too long for a tick and must be done before `obey`; None when nothing does."""
         words = command.order
-        if words is None or command.id in self._obeyed or command.id in self._refused:
+        if words is None or self.answered(command):
             return None
         if self._not_permitted(command) is not None:
             return None

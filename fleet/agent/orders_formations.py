@@ -97,6 +97,14 @@ class Formations(Missions):
 
         return check_ahead
 
+    def wants_formation(self, words: Signed) -> bool:
+        """Whether a formation that a neighbour holds is newer than this boat's."""
+        sailing = self.sailing
+        if sailing is None:
+            return False
+        order = decode_formation(words)
+        return order.mission_id == sailing.order.mission_id and sailing.held < order.revision
+
     def expect(self, order: FormationOrder, words: Signed, at_ns: int) -> None:
         """Switch to a formation at that time."""
         assert self.sailing is not None

@@ -29,7 +29,11 @@ from fleet.drivers.simulated import SimulatedDriver
 from fleet.errors import FleetError
 from fleet.mission.load import encode, load
 from fleet.recording.seam import NullRecorder, Recording
+from fleet.wire import zenoh_log
 from fleet.wire.bus import Bus
+from fleet.wire.credentials.roster import words_of
+from fleet.wire.credentials.trust import Trust
+from fleet.wire.credentials.trust import load as load_trust
 from fleet.wire.link import warning
 from fleet.wire.messages import MAJOR, MissionOrder
 from fleet.wire.radio import RadioBus
@@ -151,15 +155,28 @@ def join(agent: Agent, driver: Driver) -> Callable[[], None]:
     return listen
 
 
+def trust_of(config: AgentConfig) -> Trust | None:
+    """The credentials that the configuration names; ConfigError when they cannot be used."""
+    if not config.link.credentials:
+        return None
+    trust = load_trust(config.link.credentials, config.fleet, "boat", config.boat)
+    log.info("credentials of %s, roster %d", words_of(trust.common_name), trust.roster.number, extra={"event": "trust"})
+    if trust.warning():
+        log.warning(trust.warning(), extra={"event": "trust"})
+    return trust
+
+
 def run_agent(config: AgentConfig, stop: threading.Event, ready: Callable[[Agent], None] = lambda agent: None) -> None:
     """Be one boat's agent until `stop`; FleetError when the configuration cannot work."""
     clock, manager = SystemClock(config.clock), Notifier()
     now_ns = clock.now_ns()
-    if warning(config.link):
-        log.warning(warning(config.link), extra={"event": "insecure"})
+    open_to = warning(config.link)
+    if open_to:
+        log.warning(open_to, extra={"event": "insecure"})
+    trust = trust_of(config)
     driver, world = driver_of(config, clock.now_ns)
     driver.open()
-    network: Bus = ZenohBus(config.fleet, config.boat, config.link, clock.now_ns)
+    network: Bus = ZenohBus(config.fleet, config.boat, config.link, clock.now_ns, trust)
     radio = RadioBus(network, config.boat, clock.now_ns, config.seed)
     agent = Agent(
         config.boat,
@@ -172,7 +189,12 @@ def run_agent(config: AgentConfig, stop: threading.Event, ready: Callable[[Agent
         control_hz=config.control_hz,
         clock_ns=clock.error_ns() if config.clock_error_ms < 0.0 else int(config.clock_error_ms * 1e6),
         threaded=True,
+        trust=trust,
     )
+    agent.guard.asks_age = config.clock.warp == 1.0
+    agent.links = zenoh_log.refusals.counts
+    if open_to:
+        agent.security = lambda: open_to
     agent.can_do(config.hull, config.limits)
     listen = join(agent, driver)
     agent.stale_s = max(agent.stale_s, STALE_WALL_S * config.clock.warp)
@@ -186,6 +208,8 @@ def run_agent(config: AgentConfig, stop: threading.Event, ready: Callable[[Agent
         if manager.listens:
             manager.whole_tick(agent.may_speak and agent.reading.stamp_ns > 0, in_a_line(agent))
         listen()
+        for words in zenoh_log.refusals.fresh():
+            agent.orders.note("refused", words)
         if (
             config.clock_error_ms < 0.0
             and now_ns // CLOCK_ASKED_NS != (now_ns - int(1e9 * agent.period_s)) // CLOCK_ASKED_NS

@@ -240,7 +240,7 @@ class Reporter:
     def _publish_status(self, now_ns: int) -> None:
         agent = self._agent
         sailing, picture, counters = agent.orders.sailing, agent.picture, self.counters
-        refusals = (*picture.refused.most_common(5), *agent.desk.refused.most_common(5))
+        refusals = [pair for one in (picture.refused, agent.desk.refused, agent.links) for pair in one.most_common(5)]
         status = BoatStatus(
             major=MAJOR,
             boat=agent.boat,
@@ -272,6 +272,8 @@ class Reporter:
             lateral_m=sailing.shape.lateral_m if sailing is not None else 0.0,
             slot=sailing.shape.slots[sailing.number] if sailing is not None else 0.0,
             traffic=agent.lookout.words(),
+            security=agent.security(),
+            roster=agent.guard.trust.roster.number if agent.guard.trust is not None else 0,
         )
         counters.worst_late_ms = 0.0
         agent.bus.put(keys.STATUS, encode(status))

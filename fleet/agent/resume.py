@@ -7,7 +7,7 @@ A boat switched on at the quay never sails yesterday's mission: it stands by, sa
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fleet.agent import course as courses
 from fleet.agent.modes import Goal, Reason
@@ -44,6 +44,8 @@ class Resumption:
             orders.control = self._kept.control
             orders.known_missions = dict.fromkeys(self._kept.known_missions)
             orders.released = dict.fromkeys(self._kept.released)
+            orders.said = dict(self._kept.said)
+            orders.stop_words = dict(self._kept.stop_words)
 
     @property
     def pending(self) -> bool:
@@ -168,15 +170,18 @@ class Resumption:
         orders = self._agent.orders
         sailing = orders.sailing
         kept = self._kept
+        standing: dict[str, Any] = {
+            "released": tuple(orders.released),
+            "said": tuple(orders.said.items()),
+            "stop_words": tuple(orders.stop_words.items()),
+        }
         if kept is not None and self.pending and sailing is None and not orders.why & Reason.ABORTED:
-            return Kept(kept.mission, kept.formation, orders.control, kept.known_missions)
+            return Kept(kept.mission, kept.formation, orders.control, kept.known_missions, **standing)
         words = None
         if sailing is not None:
             words = sailing.pending_words if sailing.pending is not None else sailing.formation_words
         known = tuple(orders.known_missions)[-64:]
-        return Kept(
-            sailing.words if sailing is not None else None, words, orders.control, known, tuple(orders.released)
-        )
+        return Kept(sailing.words if sailing is not None else None, words, orders.control, known, **standing)
 
     def progress(self, now_ns: int) -> Progress:
         """Where the boat is."""

@@ -9,7 +9,7 @@ from fleet.agent.sailing import Sailing
 from fleet.guidance.limits import OwnLimits
 from fleet.mission.plan import Plan
 from fleet.wire.codec import LARGEST_JUMP
-from fleet.wire.messages import Revision
+from fleet.wire.messages import Revision, Signed
 
 FOR_ALL = "all-"  # so begins the id of a stop that an operator says to the whole fleet
 MOST_STOPS = 32
@@ -30,6 +30,9 @@ class Standing:
         self.released: dict[str, None] = {}  # not taken again from a neighbour that missed the release
         self.ended: Plan | None = None  # of a mission that was aborted: its battery levels still hold
         self.known_missions: dict[str, None] = {}  # held before: never taken again from a neighbour
+        self.stop_words: dict[str, Signed] = {}  # of stops of the whole fleet, to be handed on
+        self.said: dict[str, int] = {}  # by signer: stamp of the last word that was obeyed
+        self.sign: Callable[[str, bytes], Signed] = lambda purpose, body: Signed(body)
         self.revision_of_goal = 0  # one more whenever the goal was set anew
         self.notes: list[tuple[str, str, float]] = []  # (kind, text, value) to be published as events
         self.changed = True  # something that must survive a restart
@@ -74,6 +77,22 @@ class Standing:
                 self.stops[stop] = None
                 self.changed = True
                 self.note("stop", f"a neighbour knows of {stop}")
+
+    def unheard_stops(self, stops: tuple[str, ...]) -> bool:
+        """Whether a neighbour knows of a stop of the whole fleet that this boat has not heard of."""
+        return any(stop.startswith(FOR_ALL) and stop not in self.stops and stop not in self.released for stop in stops)
+
+    def keep_stop_words(self, stop: str, words: Signed) -> None:
+        """An operator's words, to be handed on as long as the stop holds."""
+        self.stop_words = {one: said for one, said in self.stop_words.items() if one in self.stops}
+        if stop in self.stops and stop.startswith(FOR_ALL):
+            self.stop_words[stop] = words
+        self.changed = True
+
+    def newest_mission_ns(self) -> int:
+        """When the newest mission that this boat ever held was launched; 0 for none."""
+        stamps = (mission.partition("-")[0] for mission in self.known_missions)
+        return max((int(stamp) for stamp in stamps if stamp.isdecimal() and len(stamp) < 20), default=0)
 
     def hear_control(self, control: Revision) -> None:
         """A neighbour's word on who holds control: the larger revision wins."""

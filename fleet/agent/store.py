@@ -44,6 +44,8 @@ class Kept(Struct, frozen=True, array_like=True):
     control: Revision
     known_missions: tuple[str, ...] = ()
     released: tuple[str, ...] = ()
+    said: tuple[tuple[str, int], ...] = ()  # signer, stamp of the last word that was obeyed
+    stop_words: tuple[tuple[str, Signed], ...] = ()
 
 
 def boot_id() -> str:

@@ -16,7 +16,7 @@ from fleet.mission.formation import check_formation
 from fleet.mission.pattern import Shape, closed_up
 from fleet.wire.codec import encode
 from fleet.wire.formation import order_for
-from fleet.wire.messages import Revision, Signed
+from fleet.wire.messages import Revision
 
 STEADY_S = 10.0  # a boat is out, or back, when it has been so for so long without a break
 APPLY_S = 2.0
@@ -81,4 +81,4 @@ class Vacancies:
         plan, mission_id = sailing.plan, sailing.order.mission_id
         order = order_for(shape, plan.mission, mission_id, revision, held, APPLY_S, now_ns)
         orders.note("formation", f"closing up without {gone}")
-        orders.expect(order, Signed(encode(order)), now_ns + int(APPLY_S * 1e9))
+        orders.expect(order, orders.sign("formation", encode(order)), now_ns + int(APPLY_S * 1e9))

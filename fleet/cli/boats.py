@@ -87,6 +87,8 @@ def _of_status(view: BoatView) -> dict[str, Any]:
         "driver": status.driver,
         "hull": status.hull,
         "version": status.version,
+        "security": status.security,
+        "roster": status.roster or None,
     }
 
 
@@ -119,6 +121,8 @@ def why(fact: dict[str, Any]) -> str:
     reasons = list(fact["reasons"])
     if fact.get("recording"):
         reasons.append(f"recording: {fact['recording']}")
+    if fact.get("security"):
+        reasons.append(fact["security"])
     return "; ".join(dict.fromkeys(reasons))
 
 

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from fleet import __version__
-from fleet.cli import doctor, drive, mission, orders, run, sail, say, station, status, sweep, words
+from fleet.cli import credentials, doctor, drive, hub, mission, orders, run, sail, say, station, status, sweep, words
 from fleet.errors import FleetError
 
 TRACE = "FLEET_TRACE"
@@ -49,8 +49,10 @@ orders.add_to(app)
 words.add_to(app)
 status.add_to(app)
 station.add_to(app)
+hub.add_to(app)
 drive.add_to(app)
 app.add_typer(mission.app, name="mission")
+app.add_typer(credentials.app, name="credentials")
 app.add_typer(doctor.app, name="doctor")
 app.add_typer(run.app, name="run")
 app.add_typer(sweep.app, name="sweep")

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import re
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 from typer.core import TyperGroup
 
+from fleet.cli import say
 from fleet.errors import UsageError
 
 if TYPE_CHECKING:
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
 
 LONGEST_S = 600.0
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
+DEFAULT_SECURE = "tls/127.0.0.1:7447"
 _ENDPOINT = re.compile(
     r"(tcp|udp|tls|quic|ws)/(\[[0-9a-fA-F:.%]+\]|[^/:\s]+):(\d{1,5})([?#]\S*)?|(unixsock-stream|serial)/\S+"
 )
@@ -44,6 +47,15 @@ Runs = Annotated[
 ]
 
 
+Credentials = Annotated[
+    str | None,
+    typer.Option(envvar="FLEET_CREDENTIALS", metavar="FOLDER", help="Your folder, made by fleet credentials."),
+]
+Insecure = Annotated[
+    bool, typer.Option("--insecure", envvar="FLEET_INSECURE", help="Meant: beyond this machine, unsigned, unencrypted.")
+]
+
+
 class Link(NamedTuple):
     """How an operator reaches a fleet."""
 
@@ -51,11 +63,18 @@ class Link(NamedTuple):
     connect: list[str] | None
     operator: str
     timeout: float
+    credentials: str | None = None  # None: as FLEET_CREDENTIALS says
+    insecure: bool = False
+
+    @property
+    def folder(self) -> str:
+        """Of the credentials; '' for none."""
+        return os.environ.get("FLEET_CREDENTIALS", "") if self.credentials is None else self.credentials
 
     @property
     def endpoints(self) -> tuple[str, ...]:
         """The endpoints, found to look like some."""
-        return endpoints(self.connect, "--connect") or (DEFAULT_ENDPOINT,)
+        return endpoints(self.connect, "--connect") or (DEFAULT_SECURE if self.folder else DEFAULT_ENDPOINT,)
 
     def open(self, present: bool = True) -> Fleet:
         """A connection, to be used with `with`."""
@@ -63,7 +82,19 @@ class Link(NamedTuple):
         addresses = self.endpoints
         from fleet.operator import Fleet
 
-        return Fleet(self.fleet, connect=addresses, operator=self.operator, timeout_s=timeout_s, present=present)
+        fleet = Fleet(
+            self.fleet,
+            connect=addresses,
+            operator=self.operator,
+            timeout_s=timeout_s,
+            present=present,
+            credentials=self.folder,
+            insecure=self.insecure or os.environ.get("FLEET_INSECURE", "").lower() in ("1", "true"),
+        )
+        for words in (fleet.insecure, fleet.trust.warning() if fleet.trust is not None else ""):
+            if words:
+                say.note(words)
+        return fleet
 
 
 def endpoints(texts: list[str] | None, option: str) -> tuple[str, ...]:

@@ -7,7 +7,19 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fleet.cli import say
-from fleet.cli.options import Connect, FleetName, Json, Link, Operator, Set, Timeout, Yes, seconds
+from fleet.cli.options import (
+    Connect,
+    Credentials,
+    FleetName,
+    Insecure,
+    Json,
+    Link,
+    Operator,
+    Set,
+    Timeout,
+    Yes,
+    seconds,
+)
 from fleet.cli.outcome import finish, target, with_old
 from fleet.errors import FleetError, NobodyReachable, RefusedBySafetyCheck, UsageError
 
@@ -29,6 +41,8 @@ def launch(
     connect: Connect = None,
     operator: Operator = "",
     timeout: Timeout = 3.0,
+    credentials: Credentials = None,
+    insecure: Insecure = False,
 ) -> None:
     """Give the boats a mission and begin it; asks first."""
     apply_in_s = seconds(in_, "--in", least=-1e-9)
@@ -37,7 +51,7 @@ def launch(
 
     plan = read_mission(mission, list(set_ or []))
     roster = [boat.name for boat in plan.boats]
-    reach = Link(fleet, connect, operator, timeout)
+    reach = Link(fleet, connect, operator, timeout, credentials, insecure)
     with reach.open() as link:
         if len(link.wait_for(roster)) == len(roster):
             raise NobodyReachable(f"launch: none of {', '.join(roster)} is in reach in fleet {fleet!r}")
@@ -64,6 +78,8 @@ def set_(
     connect: Connect = None,
     operator: Operator = "",
     timeout: Timeout = 3.0,
+    credentials: Credentials = None,
+    insecure: Insecure = False,
 ) -> None:
     """Change the formation under way; asks first.
 
@@ -77,7 +93,7 @@ def set_(
     unit = CHANGES[what].unit
     wanted = say.number(value, what, unit) if unit else value
     say.must_be_able_to_ask(f"set {what}", yes)
-    reach = Link(fleet, connect, operator, timeout)
+    reach = Link(fleet, connect, operator, timeout, credentials, insecure)
     with reach.open() as link:
         held = link.formation()
         shape = changed(held.roster, held.shape, what, wanted)

@@ -57,6 +57,10 @@ def sim(
         str | None,
         typer.Option(metavar="FAMILY:CASE", help="Sail one case of a sweep alone, instead of a mission."),
     ] = None,
+    credentials: Annotated[
+        str,
+        typer.Option(metavar="new|FOLDER", help="Sail over TLS, with signed words: of a new authority, or this one's."),
+    ] = "",
     runs: Runs = None,
 ) -> None:
     """Sail a mission in simulation, with real agents; or, with --case, one case of a sweep.
@@ -67,7 +71,7 @@ def sim(
     if case is not None:
         given = {"MISSION": mission is not None, "--warp": warp != 1.0, "--seed": seed != 0, "--set": bool(set_),
                  "--topology": topology != "hub", "--driver": driver != "simulated", "--keep": keep,
-                 "--lockstep": lockstep}  # fmt: skip
+                 "--lockstep": lockstep, "--credentials": bool(credentials)}  # fmt: skip
         wrong = [name for name, there in given.items() if there]
         if wrong:
             raise UsageError(f"--case {case} says all about what is sailed: expected no {', '.join(wrong)} with it")
@@ -79,9 +83,10 @@ def sim(
         raise UsageError("expected a MISSION (fleet mission list names the ready ones), or --case FAMILY:CASE")
     if not SLOWEST <= warp <= FASTEST:
         raise UsageError(f"--warp {warp:g}: expected {SLOWEST:g} to {FASTEST:g}")
-    if lockstep and (keep or warp != 1.0 or topology != "hub" or driver != "simulated"):
+    if lockstep and (keep or warp != 1.0 or topology != "hub" or driver != "simulated" or credentials):
         raise UsageError(
-            "--lockstep has neither clock nor network: expected no --warp, --topology, --driver or --keep with it"
+            "--lockstep has neither clock nor network: expected no --warp, --topology, --driver, --keep or "
+            "--credentials with it"
         )
     overrides = [*(set_ or []), *([f"keeping_clear.method={method}"] if method is not None else [])]
     plan = read_mission(mission, overrides, boats)
@@ -94,6 +99,7 @@ def sim(
         topology=topology,
         record=record == "full",
         driver=driver,
+        credentials=credentials,
         keep=keep,
         hub_port=port,
         root=runs,
@@ -195,6 +201,10 @@ def _tell_how_to_command(sailing: Sailing) -> None:
 
     endpoint = sailing.processes.connect[0]
     say.note(f"from another terminal: export FLEET_FLEET={FLEET} FLEET_CONNECT={endpoint}")
+    if sailing.credentials is not None:
+        from fleet.sim.sail import OPERATOR
+
+        say.note(f"and export FLEET_CREDENTIALS={sailing.credentials / OPERATOR} FLEET_OPERATOR={OPERATOR}")
     say.note("to look: fleet status --watch; to command: fleet take, then fleet set spacing 15")
 
 

@@ -1,19 +1,16 @@
-"""`fleet agent` and `fleet hub`: the processes of a harbour and of a boat."""
+"""`fleet agent`: the process of a boat."""
 
 from __future__ import annotations
 
 import os
-import signal
 import sys
-import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fleet.cli import say, service
-from fleet.cli.options import DEFAULT_ENDPOINT, Json, endpoints
-from fleet.errors import FleetError, UsageError
+from fleet.cli.options import endpoints
 
 if TYPE_CHECKING:
     from fleet.agent.config import AgentConfig
@@ -23,7 +20,6 @@ def add_to(app: typer.Typer) -> None:
     """Register the commands."""
     service.app.command("run")(agent)
     app.add_typer(service.app, name="agent")
-    app.command("hub")(hub)
 
 
 def _text(help_: str, metavar: str = "TEXT") -> Any:
@@ -126,59 +122,3 @@ def _origin(name: str, path: Path | None, flags: dict[str, Any]) -> str:
     for part in name.split("."):
         table = table.get(part) if isinstance(table, dict) else None
     return str(path) if table is not None else "default"
-
-
-def hub(
-    listen: Annotated[
-        list[str] | None,
-        typer.Option(metavar="ENDPOINT", help=f"Where to listen, several with commas.  [default: {DEFAULT_ENDPOINT}]"),
-    ] = None,
-    json: Json = False,
-) -> None:
-    """Be the hub that boats and operators connect to.
-
-    Until SIGTERM or Ctrl-C; on loopback unless told otherwise.
-    """
-    where = endpoints(listen, "--listen") or (DEFAULT_ENDPOINT,)
-    for one in where:
-        _probe(one)
-    from fleet.wire.zenoh_link import run_hub
-
-    stop = threading.Event()
-    ended_by: list[int] = []
-
-    def end(number: int, _: object) -> None:
-        ended_by.append(number)
-        stop.set()
-
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, end)
-
-    def ready() -> None:
-        if json:
-            say.out_json({"listen": list(where)}, indent=None)
-        else:
-            say.out(f"hub listens at {', '.join(where)}; Ctrl-C ends it")
-
-    run_hub(where, stop, ready)
-    raise typer.Exit(130 if ended_by and ended_by[0] == signal.SIGINT else 0)
-
-
-def _probe(endpoint: str) -> None:
-    """A port in use, or an address that is not ours, said in words before Zenoh says it in its own."""
-    import socket
-
-    kind, _, rest = endpoint.partition("/")
-    if kind not in ("tcp", "tls", "ws"):
-        return
-    host, _, port = rest.split("?")[0].split("#")[0].rpartition(":")
-    host = host.strip("[]")
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    try:
-        with socket.socket(family, socket.SOCK_STREAM) as probe:
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            probe.bind((host, int(port)))
-    except socket.gaierror as error:
-        raise UsageError(f"--listen {endpoint}: {error.strerror}") from None
-    except OSError as error:
-        raise FleetError(f"cannot listen at {endpoint}: {error.strerror}") from None

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from fleet.cli import say
-from fleet.cli.options import Boats, Connect, FleetName, Json, Link, Operator, Timeout, Yes
+from fleet.cli.options import Boats, Connect, Credentials, FleetName, Insecure, Json, Link, Operator, Timeout, Yes
 from fleet.cli.outcome import everybody, finish, target, with_old
 from fleet.errors import UsageError
 
@@ -49,13 +49,15 @@ def resume(
     connect: Connect = None,
     operator: Operator = "",
     timeout: Timeout = 3.0,
+    credentials: Credentials = None,
+    insecure: Insecure = False,
 ) -> None:
     """Go on with the mission; asks first."""
     if at not in ("", "nearest"):
         say.number(at, "--at", "m", "nearest, or an abscissa")
     names = named(boats)
     say.must_be_able_to_ask("resume", yes)
-    reach = Link(fleet, connect, operator, timeout)
+    reach = Link(fleet, connect, operator, timeout, credentials, insecure)
     with reach.open() as link:
         where = f" at {at}{'' if at == 'nearest' else ' m'}" if at else ""
         whom = target(link, reach, names, everybody(link))
@@ -124,12 +126,14 @@ def _add_word(app: typer.Typer, word: Word) -> None:
         connect: Connect = None,
         operator: Operator = "",
         timeout: Timeout = 3.0,
+        credentials: Credentials = None,
+        insecure: Insecure = False,
         yes: Yes = False,
     ) -> None:
         names = named(boats)
         if word.asks:
             say.must_be_able_to_ask(word.name, yes)
-        reach = Link(fleet, connect, operator, timeout)
+        reach = Link(fleet, connect, operator, timeout, credentials, insecure)
         with reach.open() as link:
             if word.asks and not yes:
                 question = (
@@ -147,12 +151,14 @@ def take(
     connect: Connect = None,
     operator: Operator = "",
     timeout: Timeout = 3.0,
+    credentials: Credentials = None,
+    insecure: Insecure = False,
 ) -> None:
     """Take control of the fleet from whoever holds it.
 
     One operator holds control; others may watch, hold, abort and stop.
     """
-    reach = Link(fleet, connect, operator, timeout)
+    reach = Link(fleet, connect, operator, timeout, credentials, insecure)
     with reach.open() as link:
         outcome = link.take()
         before = [name for name in outcome.old.split(" | ") if name != outcome.new]  # a neighbour's word may come first
@@ -167,11 +173,13 @@ def forget(
     connect: Connect = None,
     operator: Operator = "",
     timeout: Timeout = 3.0,
+    credentials: Credentials = None,
+    insecure: Insecure = False,
 ) -> None:
     """Stop keeping clear of boats that are gone; asks first."""
     names = named(boats)
     say.must_be_able_to_ask("forget", yes)
-    reach = Link(fleet, connect, operator, timeout)
+    reach = Link(fleet, connect, operator, timeout, credentials, insecure)
     with reach.open() as link:
         alive = [name for name in names if name in link.reachable()]
         if alive:

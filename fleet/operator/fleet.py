@@ -6,11 +6,13 @@ with Fleet("demo", connect=["tcp/127.0.0.1:7447"], operator="anna") as fleet:
 
 from __future__ import annotations
 
+import contextlib
 import getpass
 import re
 import time
 import uuid
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from types import TracebackType
 from typing import Protocol, Self
 
@@ -29,7 +31,9 @@ from fleet.operator.outcome import Outcome
 from fleet.wire import keys
 from fleet.wire.bus import Shore
 from fleet.wire.codec import Refused, decode, decode_formation, decode_mission_order, decode_state, encode
+from fleet.wire.credentials.trust import Trust, load
 from fleet.wire.formation import order_for, shape_in
+from fleet.wire.link import LinkConfig, check_link, warning
 from fleet.wire.messages import (
     MAJOR,
     Ack,
@@ -37,6 +41,7 @@ from fleet.wire.messages import (
     BoatStatus,
     Command,
     FleetEvent,
+    FormationOrder,
     Held,
     MissionOrder,
     Revision,
@@ -44,6 +49,7 @@ from fleet.wire.messages import (
 )
 
 DEFAULT_CONNECT = ("tcp/127.0.0.1:7447",)
+DEFAULT_SECURE = ("tls/127.0.0.1:7447",)
 ASK_AGAIN_S = 0.5
 GONE_S = 3.0
 
@@ -74,11 +80,10 @@ def _new_id() -> str:
     return uuid.uuid4().hex
 
 
-def _over_zenoh(fleet: str, operator: str, connect: tuple[str, ...], present: bool) -> Shore:
-    from fleet.wire.link import LinkConfig
+def _over_zenoh(fleet: str, operator: str, link: LinkConfig, present: bool, trust: Trust | None) -> Shore:
     from fleet.wire.zenoh_shore import OperatorBus
 
-    return OperatorBus(fleet, operator, LinkConfig(topology="hub", connect=connect), present=present)
+    return OperatorBus(fleet, operator, link, present=present, trust=trust)
 
 
 class OperatorConfig(Struct, frozen=True, kw_only=True):
@@ -131,21 +136,31 @@ class Fleet:
         self,
         fleet: str = "demo",
         *,
-        connect: Sequence[str] = DEFAULT_CONNECT,
+        connect: Sequence[str] = (),
         operator: str = "",
         timeout_s: float = 3.0,
         present: bool = True,
+        credentials: str | Path = "",
+        insecure: bool = False,
+        trust: Trust | None = None,
         bus: Shore | None = None,
         clock: Time = time,
         new_id: Callable[[], str] = _new_id,
     ) -> None:
         self.fleet = keys.valid_name("fleet", fleet)
-        self.operator = keys.valid_name("operator", operator or default_operator())
+        self.trust = load(credentials, self.fleet, "operator", operator) if credentials else trust
+        named = self.trust.name if self.trust is not None else default_operator()
+        self.operator = keys.valid_name("operator", operator or named)
         if not timeout_s > 0.0:
             raise UsageError(f"timeout {timeout_s:g} s: expected more than 0")
         self.timeout_s = timeout_s
-        self._connect = tuple(connect)
-        self._bus = bus if bus is not None else _over_zenoh(self.fleet, self.operator, self._connect, present)
+        self._connect = tuple(connect) or (DEFAULT_CONNECT if self.trust is None else DEFAULT_SECURE)
+        folder = str(self.trust.folder) if self.trust is not None else ""
+        link = LinkConfig(topology="hub", connect=self._connect, credentials=folder, insecure=insecure)
+        check_link(link, connect="--connect")
+        self.insecure = warning(link)
+        self._bus = bus if bus is not None else _over_zenoh(self.fleet, self.operator, link, present, self.trust)
+        self._said_ns = 0
         self._clock, self._new_id = clock, new_id
         self.boats: dict[str, BoatView] = {}
         self.events: list[FleetEvent] = []
@@ -210,6 +225,8 @@ class Fleet:
     def _ask(self, command: Command, expected: Sequence[str]) -> dict[str, Ack | None]:
         """Ask until every expected boat has answered or the time is over."""
         payload = encode(command)
+        if self.trust is not None:
+            payload = encode(self.trust.sign("command", payload))
         acks: dict[str, Ack | None] = dict.fromkeys(expected)
         deadline = self._clock.monotonic() + self.timeout_s
         while True:
@@ -231,6 +248,16 @@ class Fleet:
             if any(ack is None for ack in acks.values()) or not acks:
                 now = self._clock.monotonic()
                 self._clock.sleep(max(0.0, min(ASK_AGAIN_S - (now - began), deadline - now)))
+
+    def _now_ns(self) -> int:
+        """UTC [ns], more with every word: boats obey none that is older than the one before."""
+        self._said_ns = max(self._clock.time_ns(), self._said_ns + 1)
+        return self._said_ns
+
+    def _words(self, purpose: str, order: MissionOrder | FormationOrder) -> Signed:
+        """An order, signed where there are credentials."""
+        body = encode(order)
+        return self.trust.sign(purpose, body) if self.trust is not None else Signed(body)
 
     def _expected(self, boats: Sequence[str]) -> list[str]:
         if boats:
@@ -264,7 +291,7 @@ class Fleet:
             order,
             tuple(names),
             text,
-            stamp_ns=self._clock.time_ns(),
+            stamp_ns=self._now_ns(),
         )
         acks = self._ask(command, addressed)
         olds = {ack.old for ack in acks.values() if ack is not None and ack.old}
@@ -279,6 +306,8 @@ class Fleet:
             try:
                 held = decode(answer, Held)
                 if held.order is not None:
+                    if self.trust is not None:
+                        self.trust.signer("mission", held.order)
                     order = decode_mission_order(held.order)
                     missions[order.mission_id] = order
             except Refused:
@@ -297,6 +326,8 @@ class Fleet:
         for answer in self._bus.ask_all(keys.FORMATION, b"", min(1.0, self.timeout_s)).values():
             try:
                 held = decode(answer, Held)
+                if self.trust is not None and held.order is not None:
+                    self.trust.signer("formation", held.order)
                 formation = decode_formation(held.order) if held.order is not None else None
                 if formation is None or formation.mission_id != newest.mission_id:
                     continue
@@ -328,7 +359,7 @@ class Fleet:
         order = MissionOrder(
             MAJOR, f"{stamp_ns}-{self.operator}", self.operator, stamp_ns, encode_mission(mission), apply_in_s
         )
-        outcome = self.command("launch", roster, order=Signed(encode(order)), expected=roster)
+        outcome = self.command("launch", roster, order=self._words("mission", order), expected=roster)
         others = sorted({ack.version for ack in outcome.acks.values() if ack is not None} - {"", __version__})
         note = f"boats run fleet {', '.join(others)}, this is {__version__}" if others else ""
         return Outcome("launch", outcome.id, outcome.acks, outcome.old, mission.title, note)
@@ -365,11 +396,23 @@ class Fleet:
         stamp_ns = self._clock.time_ns()
         order = order_for(shape, held.mission, held.mission_id, revision, held.revision, apply_in_s, stamp_ns)
         expected = sorted({*held.roster} | {b for b in self._bus.alive() if b in held.roster})
-        outcome = self.command("set", (), order=Signed(encode(order)), expected=expected)
+        outcome = self.command("set", (), order=self._words("formation", order), expected=expected)
         old, new = (words(held.roster, one, what) for one in (held.shape, shape))
         slots = words(held.roster, shape, "slots")
         note = f"slots {slots}" if what != "slots" and shape.slots != held.shape.slots else ""
         return Outcome(f"set {what}", outcome.id, outcome.acks, old, new, note)
+
+    def send_roster(self) -> Outcome:
+        """Bring boats and hubs this operator's roster; those that hold a newer one keep theirs."""
+        trust = self.trust
+        if trust is None:
+            raise UsageError("sending the roster needs credentials; expected --credentials FOLDER")
+        acks: dict[str, Ack | None] = dict.fromkeys((*self._bus.alive(), *(one.name for one in trust.members("hub"))))
+        for boat, answer in self._bus.ask_all(keys.ROSTER, trust.envelope, self.timeout_s).items():
+            with contextlib.suppress(Refused):
+                acks[boat] = decode(answer, Ack)
+        olds = {ack.old for ack in acks.values() if ack is not None and ack.old}
+        return Outcome("roster", "", acks, " | ".join(sorted(olds)), str(trust.roster.number))
 
     # -- words -----------------------------------------------------------------------------------------------------
     def hold(self, boats: Sequence[str] = ()) -> Outcome:

@@ -23,6 +23,7 @@ from fleet.agent.clock import ClockSpec
 from fleet.agent.config import AgentConfig, DriverConfig
 from fleet.errors import FleetError
 from fleet.sim.device import DriverKind
+from fleet.sim.passes import HUB, WHERE, Transport
 from fleet.sim.world_process import WorldSpec
 from fleet.wire.link import LinkConfig, Topology
 
@@ -55,9 +56,13 @@ class Processes:
         hub_port: int = 0,
         control_hz: float = 10.0,
         driver: DriverKind = "simulated",
+        credentials: Path | None = None,
+        transport: Transport = "tls",
     ) -> None:
         self.folder, self.clock, self.fleet, self.topology = folder, clock, fleet, topology
         self._boats, self._seed, self._record, self._hz = boats, seed, record, control_hz
+        self._credentials = credentials  # folder with a folder for each station
+        self._where = WHERE[transport] if credentials is not None else "tcp/127.0.0.1:{}"
         self._children: dict[str, subprocess.Popen[bytes]] = {}
         self._logs: list[IO[bytes]] = []
         self._pids: list[int] = []
@@ -74,7 +79,7 @@ class Processes:
     def connect(self) -> tuple[str, ...]:
         """Where an operator connects: the hub, or any boat."""
         ports = [self._hub_port] if self.topology == "hub" else [self._ports[boat] for boat in self._boats]
-        return tuple(f"tcp/127.0.0.1:{port}" for port in ports)
+        return tuple(self._where.format(port) for port in ports)
 
     @property
     def world_address(self) -> tuple[str, int]:
@@ -107,7 +112,14 @@ class Processes:
     def start_hub(self) -> None:
         """Start the hub, unless boats are routers themselves."""
         if self.topology == "hub":
-            self._spawn("hub", "fleet.sim.hub_process", f"tcp/127.0.0.1:{self._hub_port}", str(LEASE_MS), answers=True)
+            link = LinkConfig(
+                topology="hub", listen=self.connect, lease_ms=LEASE_MS, keep_alive=4, credentials=self._folder_of(HUB)
+            )
+            self._spawn("hub", "fleet.sim.hub_process", msgspec.json.encode(link).decode(), answers=True)
+
+    def _folder_of(self, station: str) -> str:
+        """Of its credentials; '' for none."""
+        return str(self._credentials / station) if self._credentials is not None else ""
 
     def start_world(self, mission_file: Path, *, waits: bool = False) -> None:
         """Start the world; one that waits moves no hull before it is told to begin."""
@@ -141,15 +153,22 @@ class Processes:
 
     def _link(self, boat: str) -> LinkConfig:
         if self.topology == "hub":
-            return LinkConfig(topology="hub", connect=self.connect, lease_ms=LEASE_MS, keep_alive=4)
+            return LinkConfig(
+                topology="hub",
+                connect=self.connect,
+                lease_ms=LEASE_MS,
+                keep_alive=4,
+                credentials=self._folder_of(boat),
+            )
         before = self._boats[: self._boats.index(boat)]
         after = self._boats[self._boats.index(boat) + 1 :]
         return LinkConfig(
             topology=self.topology,
-            connect=tuple(f"tcp/127.0.0.1:{self._ports[other]}" for other in (*before, *after)),
-            listen=(f"tcp/127.0.0.1:{self._ports[boat]}",),
+            connect=tuple(self._where.format(self._ports[other]) for other in (*before, *after)),
+            listen=(self._where.format(self._ports[boat]),),
             lease_ms=LEASE_MS,
             keep_alive=4,
+            credentials=self._folder_of(boat),
         )
 
     @staticmethod

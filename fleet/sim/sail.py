@@ -19,6 +19,7 @@ from fleet.mission.timeline import ACTIONS
 from fleet.operator import Fleet, Outcome
 from fleet.recording.runs import new_run
 from fleet.sim.device import must_have
+from fleet.sim.passes import passes
 from fleet.sim.processes import Processes
 from fleet.sim.record import RunRecorder
 from fleet.sim.share import FLEET, OPERATOR, Options, Progress, Watcher, apply_in_s, as_toml, lead_s, say
@@ -47,6 +48,9 @@ class Sailing:
         spec = warped(options.warp)
         self._clock = SystemClock(spec)
         boats = tuple(boat.name for boat in mission.boats)
+        self.credentials = (
+            passes(options.credentials, self.run.folder, FLEET, boats, OPERATOR) if options.credentials else None
+        )
         self.processes = Processes(
             self.run.folder,
             spec,
@@ -58,6 +62,8 @@ class Sailing:
             hub_port=options.hub_port,
             control_hz=mission.state_hz,
             driver=options.driver,
+            credentials=self.credentials,
+            transport=options.transport,
         )
         header = {"seed": str(options.seed), "warp": f"{options.warp:g}", "topology": options.topology}
         header["driver"] = options.driver
@@ -72,7 +78,10 @@ class Sailing:
         """Sail to the end; the run's folder. FleetError when it could not be begun."""
         try:
             self._start()
-            with Fleet(FLEET, connect=self.processes.connect, operator=OPERATOR, timeout_s=max(ROOM_S, 1.0)) as fleet:
+            mine = self.credentials / OPERATOR if self.credentials is not None else ""
+            with Fleet(
+                FLEET, connect=self.processes.connect, operator=OPERATOR, timeout_s=max(ROOM_S, 1.0), credentials=mine
+            ) as fleet:
                 self._progress = Progress(
                     self._plan, fleet, self.run, self.processes.connect, duration_s=self._mission.duration_s
                 )

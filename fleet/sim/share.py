@@ -13,6 +13,7 @@ from fleet.mission.plan import Plan
 from fleet.operator import Fleet, Outcome
 from fleet.recording.runs import Run
 from fleet.sim.device import DriverKind
+from fleet.sim.passes import Transport
 
 LEAD_S = 2.0  # of the launch: boats begin together so long after it [s]
 APPLY_S = 2.0  # of a change of the formation
@@ -37,6 +38,8 @@ class Options(Struct, frozen=True, kw_only=True):
     seed: int = 0
     topology: Literal["hub", "routed", "mesh"] = "hub"
     record: bool = True
+    credentials: str = ""  # `new`, or the folder of an authority; "" nothing is signed
+    transport: Transport = "tls"
     driver: DriverKind = "simulated"  # of the boats: what stands between hull and agent
     keep: bool = False
     hub_port: int = 0

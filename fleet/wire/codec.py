@@ -23,6 +23,7 @@ from fleet.wire.messages import (
     MissionOrder,
     Revision,
     Signed,
+    Stops,
 )
 
 Message = TypeVar("Message")
@@ -37,7 +38,19 @@ TEXT = 200
 _encoder: Final = msgspec.msgpack.Encoder()
 _decoders: Final[dict[type, Any]] = {
     kind: msgspec.msgpack.Decoder(kind)
-    for kind in (Ack, BoatState, BoatStatus, Command, Echo, FleetEvent, FormationOrder, Held, MissionOrder, Signed)
+    for kind in (
+        Ack,
+        BoatState,
+        BoatStatus,
+        Command,
+        Echo,
+        FleetEvent,
+        FormationOrder,
+        Held,
+        MissionOrder,
+        Signed,
+        Stops,
+    )
 }
 encode = _encoder.encode
 """A message as bytes."""

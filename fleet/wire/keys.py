@@ -9,7 +9,7 @@ from fleet.errors import UsageError
 NAME = re.compile(r"[a-z0-9-]{1,32}")
 OPERATOR = "operator"  # no boat may be called so
 
-STATE, STATUS, ALIVE, COMMAND, MISSION, FORMATION, EVENT, ECHO = (
+STATE, STATUS, ALIVE, COMMAND, MISSION, FORMATION, EVENT, ECHO, STOPS, ROSTER = (
     "state",
     "status",
     "alive",
@@ -18,8 +18,10 @@ STATE, STATUS, ALIVE, COMMAND, MISSION, FORMATION, EVENT, ECHO = (
     "formation",
     "event",
     "echo",
+    "stops",
+    "roster",
 )
-ASKED = (COMMAND, MISSION, FORMATION, ECHO)
+ASKED = (COMMAND, MISSION, FORMATION, ECHO, STOPS, ROSTER)
 """What a boat answers when it is asked."""
 
 

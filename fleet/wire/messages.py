@@ -110,6 +110,8 @@ class BoatStatus(Struct, frozen=True, array_like=True):
     lateral_m: float = 0.0
     slot: float = 0.0  # its own
     traffic: tuple[str, ...] = ()  # vessels that are not of the fleet, in words
+    security: str = ""  # what is not well with its credentials; "" well, or not asked for
+    roster: int = 0  # number of the roster in force; 0: no credentials
 
 
 class FormationOrder(Struct, frozen=True, array_like=True):
@@ -144,6 +146,7 @@ class Signed(Struct, frozen=True, array_like=True):
 
     body: bytes
     signature: bytes = b""
+    signer: str = ""  # common name of the signer's certificate
 
 
 class Held(Struct, frozen=True, array_like=True):
@@ -152,6 +155,13 @@ class Held(Struct, frozen=True, array_like=True):
     major: int
     order: Signed | None
     remaining_s: float  # until it applies; 0 when it is in force
+
+
+class Stops(Struct, frozen=True, array_like=True):
+    """A boat's answer to who asks for the stops of the whole fleet that it knows: the words of the operators."""
+
+    major: int
+    words: tuple[Signed, ...]
 
 
 class Command(Struct, frozen=True, array_like=True):

@@ -17,8 +17,9 @@ from typing import Any
 
 import zenoh
 
-from fleet.wire import keys
+from fleet.wire import keys, zenoh_log
 from fleet.wire.bus import Answer, Heard, Request
+from fleet.wire.credentials.trust import Trust
 from fleet.wire.link import LinkConfig
 from fleet.wire.zenoh_link import MOST_TOKENS, direct, mode_of, session_config
 
@@ -28,6 +29,7 @@ REQUESTS = 512  # of each kind, so that no flood of one pushes out another
 LARGEST = 1 << 20  # bytes of a request, as the codec has it
 WAITING_BYTES = 8 << 20  # of requests not yet fetched
 MOST_PEERS = 256
+ROSTER_LOOK_S = 1.0
 LINK_LOOK_NS = 20_000_000  # so long the answer to `link_up` holds: asking costs 25 us, a tick asks five times
 
 
@@ -41,8 +43,10 @@ def _noted(up: frozenset[str], name: str, appears: bool) -> frozenset[str]:
 class ZenohBus:
     """A boat's end of the network (see `fleet.wire.bus.Bus`)."""
 
-    def __init__(self, fleet: str, boat: str, link: LinkConfig, now_ns: Callable[[], int]) -> None:
-        self._fleet, self._boat, self._link, self._now_ns = fleet, boat, link, now_ns
+    def __init__(
+        self, fleet: str, boat: str, link: LinkConfig, now_ns: Callable[[], int], trust: Trust | None = None
+    ) -> None:
+        self._fleet, self._boat, self._link, self._now_ns, self._trust = fleet, boat, link, now_ns, trust
         self._session: zenoh.Session | None = None
         self._rings: dict[str, Any] = {}
         self._wanted: set[str] = set()
@@ -60,7 +64,7 @@ class ZenohBus:
         self._asked = 0
         self._opening: threading.Thread | None = None
         self._closing = threading.Event()
-        self._token: Any = None
+        self._announced = False
 
     # -- opening -----------------------------------------------------------------------------------------------------
     def open(self) -> bool:
@@ -71,9 +75,20 @@ class ZenohBus:
         return self._session is not None
 
     def _open(self) -> None:
-        config = session_config(mode_of(self._link.topology), self._link)
+        """Connect; with credentials, again with new rules whenever there is a newer roster."""
+        number = self._connect()
+        while self._trust is not None and not self._closing.wait(ROSTER_LOOK_S):
+            self._trust.look()
+            if self._trust.roster.number != number:
+                self._leave()
+                number = self._connect()
+
+    def _connect(self) -> int:
+        """Try until connected; the number of the roster that the rules were made of."""
         said = False
         while not self._closing.is_set():
+            number = self._trust.roster.number if self._trust is not None else 0
+            config = session_config(mode_of(self._link.topology), self._link, self._trust)
             try:
                 session = zenoh.open(config)
             except zenoh.ZError as error:
@@ -83,7 +98,20 @@ class ZenohBus:
                 self._closing.wait(0.5)
                 continue
             self._declare(session)
-            return
+            return number
+        return 0
+
+    def _leave(self) -> None:
+        """End the session; everything that was declared is declared again in the next one."""
+        session, self._session = self._session, None
+        with self._lock:
+            self._rings, self._subscribers = {}, {}
+        self._publishers, self._kept = {}, []
+        self._boats_up = self._operators_up = frozenset()
+        if session is not None:
+            zenoh_log.forget(session)
+            with contextlib.suppress(zenoh.ZError):
+                session.close()  # type: ignore[no-untyped-call]
 
     def _declare(self, session: zenoh.Session) -> None:
         for what in (keys.STATE, keys.STATUS, keys.EVENT):
@@ -108,8 +136,11 @@ class ZenohBus:
         operators = keys.operator_key(self._fleet, "*")
         self._kept.append(live.declare_subscriber(operators, direct(self._on_operator), history=True))
         self._session = session
+        zenoh_log.watch(session, self._trust)
         for boat in tuple(self._wanted):
             self._subscribe(boat)
+        if self._announced:
+            self._declare_alive(session)
 
     def _deposit_request(self, what: str, query: zenoh.Query) -> None:
         """In Zenoh's thread: keep it for the next tick, or drop and count it when too much waits already."""
@@ -133,8 +164,12 @@ class ZenohBus:
 
     def announce(self) -> None:
         """Declare the liveliness token."""
-        if self._session is not None and self._token is None:
-            self._token = self._session.liveliness().declare_token(keys.key(self._fleet, self._boat, keys.ALIVE))
+        if self._session is not None and not self._announced:
+            self._announced = True
+            self._declare_alive(self._session)
+
+    def _declare_alive(self, session: zenoh.Session) -> None:
+        self._kept.append(session.liveliness().declare_token(keys.key(self._fleet, self._boat, keys.ALIVE)))
 
     def _on_alive(self, sample: zenoh.Sample) -> None:
         boat = keys.boat_of(str(sample.key_expr))
@@ -282,8 +317,4 @@ class ZenohBus:
     def close(self) -> None:
         """Leave the network: token first, then everything else with the session."""
         self._closing.set()
-        session, self._session = self._session, None
-        if session is not None:
-            self._rings.clear()
-            with contextlib.suppress(zenoh.ZError):
-                session.close()  # type: ignore[no-untyped-call]
+        self._leave()

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import json
-import threading
+import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import zenoh
 
-from fleet.errors import FleetError
-from fleet.wire.link import LinkConfig, Topology
+from fleet.wire.credentials import files
+from fleet.wire.credentials.access import rules
+from fleet.wire.credentials.roster import Role
+from fleet.wire.credentials.trust import Trust
+from fleet.wire.link import SECURE, LinkConfig, Topology
 
 LARGEST_RECEIVED = 2 << 20  # the transport drops what is larger, before it takes memory
 MOST_TOKENS = 512
 
 
-def session_config(mode: str, link: LinkConfig) -> zenoh.Config:
-    """A Zenoh configuration: no scouting, no shared memory, quick retries."""
+def session_config(mode: str, link: LinkConfig, trust: Trust | None = None, station: Role = "boat") -> zenoh.Config:
+    """A Zenoh configuration: no scouting, no shared memory, quick retries; with credentials both sides show them."""
     listen = list(link.listen) if mode != "client" else []
     config: dict[str, Any] = {
         "mode": mode,
@@ -43,7 +47,23 @@ def session_config(mode: str, link: LinkConfig) -> zenoh.Config:
             },
         },
     }
+    if trust is not None:
+        config["transport"]["link"]["tls"] = _tls(trust.folder)
+        config["transport"]["link"]["protocols"] = list(SECURE)
+        config["access_control"] = rules(trust.roster, time.time(), station, link.topology)
     return zenoh.Config.from_json5(json.dumps(config))
+
+
+def _tls(folder: Path) -> dict[str, Any]:
+    """Certificates of both sides, for TLS and QUIC alike."""
+    own = {"private_key": str(folder / files.OWN_KEY), "certificate": str(folder / files.OWN_CERTIFICATE)}
+    return {
+        "root_ca_certificate": str(folder / files.AUTHORITY_CERTIFICATE),
+        "enable_mtls": True,
+        "verify_name_on_connect": True,
+        "close_link_on_expiration": True,
+        **{f"{side}_{what}": path for side in ("listen", "connect") for what, path in own.items()},
+    }
 
 
 def mode_of(topology: Topology) -> str:
@@ -54,14 +74,3 @@ def mode_of(topology: Topology) -> str:
 def direct(callback: Callable[[Any], object]) -> Any:
     """A callback in Zenoh's own thread; it must only deposit."""
     return zenoh.handlers.Callback(callback, indirect=False)
-
-
-def run_hub(listen: tuple[str, ...], stop: threading.Event, ready: Callable[[], None], lease_ms: int = 2000) -> None:
-    """Be the hub until `stop`: a router that boats and operators connect to."""
-    try:
-        session = zenoh.open(session_config("router", LinkConfig(topology="hub", listen=listen, lease_ms=lease_ms)))
-    except zenoh.ZError as error:
-        raise FleetError(f"cannot listen at {', '.join(listen)}: {str(error).split(' at ')[0]}") from None
-    with session:
-        ready()
-        stop.wait()

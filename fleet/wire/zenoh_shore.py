@@ -11,6 +11,7 @@ from typing import Any
 import zenoh
 
 from fleet.wire import keys
+from fleet.wire.credentials.trust import Trust
 from fleet.wire.link import LinkConfig
 from fleet.wire.zenoh_link import MOST_TOKENS, direct, session_config
 
@@ -20,9 +21,11 @@ LARGEST_HEARD = 1 << 16  # bytes of a state, a status or an event that an operat
 class OperatorBus:
     """An operator's end of the network: hears every boat, asks boats and waits for their answers."""
 
-    def __init__(self, fleet: str, operator: str, link: LinkConfig, *, present: bool = True) -> None:
+    def __init__(
+        self, fleet: str, operator: str, link: LinkConfig, *, present: bool = True, trust: Trust | None = None
+    ) -> None:
         self._fleet, self._operator = fleet, operator
-        self._config = session_config("client", link)
+        self._config = session_config("client", link, trust, "operator")
         self._present = present
         self._session: zenoh.Session | None = None
         self._alive: dict[str, bool] = {}
