@@ -17,31 +17,26 @@ Transport = Literal["tls", "quic"]
 WHERE = {"tls": "tls/127.0.0.1:{}", "quic": "quic/127.0.0.1:{}?mixed_rel=1"}
 
 
-def passes(wanted: str, run: Path, fleet: str, boats: Iterable[str], operator: str) -> Path:
-    """The folder that holds one folder for each station.
+NEW = "new"  # an authority that lasts as long as the run's folder
 
-    Args:
-        wanted: `new`, for an authority that lasts as long as the run's folder, or the folder of an authority
-        run: folder of the run
-        fleet: its name
-        boats: who sails
-        operator: who launches
 
-    Raises:
-        ConfigError: a station has no folder there
-    """
-    stations: list[tuple[Role, str]] = [*(("boat", one) for one in boats), ("operator", operator), ("hub", HUB)]
-    if wanted != "new":
-        place = Path(wanted)
-        for role, name in stations:
-            if not (place / name / files.OWN_CERTIFICATE).exists():
-                raise ConfigError(
-                    f"--credentials {wanted}: no folder {name!r}; expected an authority of fleet {fleet!r} with one "
-                    f"for every station: fleet credentials {role} {name} --authority {wanted}"
-                )
-        return place
-    place = run / "credentials"
-    founded = authority.create(place, fleet, time.time())
-    for role, name in stations:
+def _stations(boats: Iterable[str], operator: str) -> list[tuple[Role, str]]:
+    return [*(("boat", one) for one in boats), ("operator", operator), ("hub", HUB)]
+
+
+def check(folder: Path, fleet: str, boats: Iterable[str], operator: str) -> None:
+    """ConfigError unless the folder, an authority's, has one for each station."""
+    for role, name in _stations(boats, operator):
+        if not (folder / name / files.OWN_CERTIFICATE).exists():
+            raise ConfigError(
+                f"--credentials {folder}: no folder {name!r}; expected an authority of fleet {fleet!r} with one for "
+                f"every station: fleet credentials {role} {name} --authority {folder}"
+            )
+
+
+def found(folder: Path, fleet: str, boats: Iterable[str], operator: str) -> Path:
+    """A new authority in a folder, with one for each station."""
+    founded = authority.create(folder, fleet, time.time())
+    for role, name in _stations(boats, operator):
         founded.issue(role, name, time.time(), days=DAYS)
-    return place
+    return folder

@@ -18,8 +18,8 @@ from fleet.mission.plan import build
 from fleet.mission.timeline import ACTIONS
 from fleet.operator import Fleet, Outcome
 from fleet.recording.runs import new_run
+from fleet.sim import passes
 from fleet.sim.device import must_have
-from fleet.sim.passes import passes
 from fleet.sim.processes import Processes
 from fleet.sim.record import RunRecorder
 from fleet.sim.share import FLEET, OPERATOR, Options, Progress, Watcher, apply_in_s, as_toml, lead_s, say
@@ -42,15 +42,17 @@ class Sailing:
         must_have(options.driver)
         self._mission, self._name, self._options, self._watcher = mission, name, options, watcher
         self._plan = build(mission)
+        boats = tuple(boat.name for boat in mission.boats)
+        if options.credentials not in ("", passes.NEW):
+            passes.check(Path(options.credentials), FLEET, boats, OPERATOR)
         self.run = new_run(options.root, name)
         text = as_toml(mission)
         self.run.mission_file.write_bytes(text)
         spec = warped(options.warp)
         self._clock = SystemClock(spec)
-        boats = tuple(boat.name for boat in mission.boats)
-        self.credentials = (
-            passes(options.credentials, self.run.folder, FLEET, boats, OPERATOR) if options.credentials else None
-        )
+        self.credentials = Path(options.credentials) if options.credentials else None
+        if options.credentials == passes.NEW:
+            self.credentials = passes.found(self.run.folder / "credentials", FLEET, boats, OPERATOR)
         self.processes = Processes(
             self.run.folder,
             spec,

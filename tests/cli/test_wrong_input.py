@@ -72,7 +72,23 @@ WRONG: list[tuple[list[str], int, str]] = [
     ),
     (["agent", "--boat", "b1", "--listen", "7447"], 2, "error: --listen '7447': expected an endpoint"),
     (["hub", "--listen", "7447"], 2, "error: --listen '7447': expected an endpoint such as tcp/127.0.0.1:7447"),
-    (["hub", "--listen", "tcp/192.0.2.1:7447"], 1, "error: cannot listen at tcp/192.0.2.1:7447: Cannot assign"),
+    (["hub", "--listen", "tcp/192.0.2.1:7447"], 2, "leaves this machine without credentials"),
+    (
+        ["hub", "--listen", "tcp/192.0.2.1:7447", "--insecure"],
+        1,
+        "error: cannot listen at tcp/192.0.2.1:7447: Cannot assign",
+    ),
+    (["hub", "--listen", "tls/127.0.0.1:7447"], 2, "error: --listen 'tls/127.0.0.1:7447' needs credentials"),
+    (
+        ["hub", "--credentials", "/nowhere"],
+        2,
+        "error: /nowhere: no such folder; expected one made by `fleet credentials`",
+    ),
+    (["status", "--connect", "tcp/192.0.2.1:7447"], 2, "error: --connect 'tcp/192.0.2.1:7447' leaves this machine"),
+    (["status", "--credentials", "/nowhere"], 2, "error: /nowhere: no such folder"),
+    (["credentials", "show", "/nowhere"], 2, "error: /nowhere/roster.json: no such file; expected the signed roster"),
+    (["credentials", "boat", "b1", "--authority", "/nowhere"], 2, "error: /nowhere: no such folder"),
+    (["sim", "overtaking", "--credentials", "/nowhere"], 2, "error: --credentials /nowhere: no folder 'b1'; expected"),
 ]
 
 

@@ -18,6 +18,7 @@ from fleet.wire.messages import (
     MissionOrder,
     Revision,
     Signed,
+    Stops,
 )
 
 STATE = BoatState(
@@ -101,13 +102,14 @@ FORMATION = FormationOrder(
     MAJOR, "1700-anna", Revision(2, "bob"), Revision(1, "anna"), -20.0, 1.0, 2.5, 21, "wedge", 12.0, PLACES
 )
 MISSION = MissionOrder(MAJOR, "1700-anna", "anna", 22, b"\x80", 3.0)
-SIGNED = Signed(b"body", b"signature")
+SIGNED = Signed(b"body", b"signature", "operator.anna.00ff")
 HELD = Held(MAJOR, SIGNED, 1.5)
 COMMAND = Command(MAJOR, "id-1", "anna", "set", ("b1",), SIGNED, ("s1",), "nearest", "1700-anna", 23)
 ACK = Ack(MAJOR, "id-1", "b1", False, "why", "old", "new", "0.1.0", True)
 EVENT = FleetEvent(MAJOR, "b1", 24, "mode", "follow -> avoid", 2.0)
 ECHO = Echo(MAJOR, 25)
+STOPS = Stops(MAJOR, (SIGNED,))
 SAMPLES: dict[str, Any] = {
     type(message).__name__: message
-    for message in (STATE, STATUS, FORMATION, MISSION, SIGNED, HELD, COMMAND, ACK, EVENT, ECHO)
+    for message in (STATE, STATUS, FORMATION, MISSION, SIGNED, HELD, COMMAND, ACK, EVENT, ECHO, STOPS)
 }
