@@ -15,7 +15,7 @@ from msgspec import Struct
 from fleet.analysis.separation import Approach, approaches
 from fleet.analysis.series import KEEPS_FORMATION, Said, Series, Track, load
 from fleet.analysis.traffic import passings
-from fleet.mission.checks import CheckResult, evaluate
+from fleet.mission.checks import SET_POINTS, CheckResult, evaluate
 from fleet.recording.topics import Status
 
 FORMED_M = 1.0  # along-path error of a boat that is in formation
@@ -50,6 +50,8 @@ FIGURES: dict[str, tuple[str, str]] = {
         "m/s",
     ),
     "speed_max_mps": ("Highest speed over ground, of the same boats and times as the least.", "m/s"),
+    "setpoint_min_mps": ("Least speed that such a boat asked of its driver, at the same times.", "m/s"),
+    "setpoint_max_mps": ("Highest speed that such a boat asked of its driver, at the same times.", "m/s"),
     "cross_track_rms_m": (
         "Root mean square cross-track error of a boat that follows and avoids nobody, after the run-up; of the boat "
         "where it is largest.",
@@ -88,6 +90,8 @@ class Summary(Struct, frozen=True, kw_only=True):
     min_traffic_m: float | None = None
     contacts: int | None = None
     min_domain: float | None = None
+    setpoint_min_mps: float | None = None
+    setpoint_max_mps: float | None = None
 
 
 def summarise(
@@ -120,7 +124,7 @@ def summary_of(series: Series, mission: str, checks: Mapping[str, float], wall_s
     """The figures of a series."""
     launched = launch_s(series.said)
     moving = run_up_end_s(series.said, series.tracks, launched)
-    speeds = speed_range(series.said, series.tracks, moving)
+    speeds, asked = speed_range(series.said, series.tracks, moving), setpoint_range(series.said, moving)
     pairs = approaches(series.tracks)
     passed_by = passings(series.tracks, series.traffic)
     figures: dict[str, Any] = {
@@ -132,6 +136,8 @@ def summary_of(series: Series, mission: str, checks: Mapping[str, float], wall_s
         "reformed_s": reformed_s(series.said, changed_s(series, launched)),
         "speed_min_mps": speeds[0] if speeds else None,
         "speed_max_mps": speeds[1] if speeds else None,
+        "setpoint_min_mps": asked[0] if asked else None,
+        "setpoint_max_mps": asked[1] if asked else None,
         "cross_track_rms_m": cross_track_rms_m(series.said, moving),
         "formation_error_m": formation_error_m(series.said, series.end_s),
         **{name: counted(series.statuses, name) for name in ("messages_lost", "ticks", "ticks_late")},
@@ -143,7 +149,8 @@ def summary_of(series: Series, mission: str, checks: Mapping[str, float], wall_s
         "finished": float(finished(series.said, series.end_s)),
     }
     known = {name: float(value) for name, value in {**figures, **more}.items() if value is not None}
-    results = list(evaluate(checks, known))
+    between = series.header.get("driver", "simulated") != "simulated"  # something that has loops of its own
+    results = list(evaluate(checks, known, SET_POINTS if between else None))
     passed = all(one.ok for one in results)
     return Summary(
         mission=mission, passed=passed, checks=results, boats=series.boats, run=str(series.folder), **figures
@@ -217,6 +224,14 @@ def speed_range(said: Mapping[str, Said], tracks: Mapping[str, Track], since_s: 
     speeds = np.concatenate(found) if found else np.array([])
     speeds = speeds[np.isfinite(speeds)]
     return (float(speeds.min()), float(speeds.max())) if len(speeds) else None
+
+
+def setpoint_range(said: Mapping[str, Said], since_s: float) -> tuple[float, float] | None:
+    """Least and highest surge that boats in follow or avoid asked of their drivers [m/s]."""
+    found = [one.u_d[one.within(*KEEPS_FORMATION) & (one.t >= since_s)] for one in said.values()]
+    asked = np.concatenate(found) if found else np.array([])
+    asked = asked[np.isfinite(asked)]
+    return (float(asked.min()), float(asked.max())) if len(asked) else None
 
 
 def cross_track_rms_m(said: Mapping[str, Said], since_s: float) -> float | None:

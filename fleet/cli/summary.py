@@ -29,8 +29,9 @@ def print_summary(summary: Summary) -> None:
     table = []
     for one in summary.checks:
         unit = FIGURES.get(one.name, ("", ""))[1]
+        name = f"{one.name} ({one.by})" if one.by else one.name
         limit = f"{CHECKS[one.name].direction if one.name in CHECKS else ''} {one.limit:g} {unit}".strip()
-        table.append((one.name, *_split(shown(one.value, unit)), limit, "ok" if one.ok else "NOT OK"))
+        table.append((name, *_split(shown(one.value, unit)), limit, "ok" if one.ok else "NOT OK"))
     for line, one in zip(say.aligned(table, right=(1,), indent="  "), summary.checks, strict=True):
         say.out(line if one.ok else say.paint(line, "red"))
     say.out()

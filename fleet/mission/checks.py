@@ -26,6 +26,8 @@ class CheckResult(Struct, frozen=True):
     value: float | None
     """None: the run has no such figure, which is not ok."""
     limit: float
+    by: str = ""
+    """The figure that was judged, where it is not the one of the check's name."""
 
 
 CHECKS: dict[str, Check] = {
@@ -42,8 +44,10 @@ CHECKS: dict[str, Check] = {
         "seconds from the last formation change until every boat's formation error stays below 1 m",
     ),
     "formation_error_m": Check("at most", "m", "largest formation error of a boat at the end"),
-    "speed_min_mps": Check("at least", "m/s", "least speed of a boat that follows its path"),
-    "speed_max_mps": Check("at most", "m/s", "highest speed of a boat"),
+    "speed_min_mps": Check(
+        "at least", "m/s", "least speed of a boat that follows its path; of what it asks of an autopilot"
+    ),
+    "speed_max_mps": Check("at most", "m/s", "highest speed of a boat; of what it asks of an autopilot"),
     "cross_track_rms_m": Check("at most", "m", "root mean square distance from the path, the worst boat"),
     "messages_lost": Check("at most", "", "messages that a boat sent and another never saw"),
     "ticks_late_share": Check("at most", "", "share of the control ticks that came late or were skipped", highest=1.0),
@@ -52,13 +56,27 @@ CHECKS: dict[str, Check] = {
 """Every limit is a number of at least 0."""
 
 
-def evaluate(checks: Mapping[str, float], figures: Mapping[str, float]) -> tuple[CheckResult, ...]:
-    """Every check against the figures of a run, in the order of the mission; a figure that is missing fails."""
+SET_POINTS = {"speed_min_mps": "setpoint_min_mps", "speed_max_mps": "setpoint_max_mps"}
+"""Limits of speed hold for what a boat asks of its driver. Where an autopilot or a controller of its own stands between
+that and the hull, they are judged by it; by the hull where the set-points are the hull's."""
+
+
+def evaluate(
+    checks: Mapping[str, float], figures: Mapping[str, float], instead: Mapping[str, str] | None = None
+) -> tuple[CheckResult, ...]:
+    """Every check against the figures of a run, in the order of the mission; a figure that is missing fails.
+
+    Args:
+        checks: limits by name
+        figures: values by name
+        instead: figures that are judged in place of those of a check's name
+    """
     results = []
     for name, limit in checks.items():
-        value = figures.get(name)
+        by = (instead or {}).get(name, "")
+        value = figures.get(by or name)
         ok = value is not None and name in CHECKS and _holds(CHECKS[name].direction, value, limit)
-        results.append(CheckResult(name=name, ok=ok, value=value, limit=limit))
+        results.append(CheckResult(name=name, ok=ok, value=value, limit=limit, by=by))
     return tuple(results)
 
 

@@ -199,6 +199,26 @@ def test_the_summary_of_a_recorded_run(run: Run) -> None:
     assert set(FIGURES) < set(Summary.__struct_fields__)
 
 
+def test_where_an_autopilot_stands_between_limits_of_speed_are_judged_by_what_is_asked_of_it(run: Run) -> None:
+    series = load(run.folder)
+    swings = {
+        name: msgspec.structs.replace(one, speed=one.speed - 0.1 * (one.t > 30.0))
+        for name, one in series.tracks.items()
+    }
+    limits = {"speed_min_mps": 0.69, "speed_max_mps": 1.31}
+
+    def judged(driver: str) -> list[tuple[str, bool]]:
+        told = msgspec.structs.replace(series, tracks=swings, header={**series.header, "driver": driver})
+        return [(one.by, one.ok) for one in summary_of(told, "run", limits).checks]
+
+    assert judged("simulated") == [("", False), ("", True)]
+    assert judged("mavlink") == [("setpoint_min_mps", True), ("setpoint_max_mps", True)]
+    summary = summary_of(msgspec.structs.replace(series, tracks=swings), "run", limits)
+    assert summary.setpoint_min_mps == pytest.approx(0.7)
+    assert summary.speed_min_mps is not None
+    assert summary.speed_min_mps < 0.62, "and the hull's own is told beside it"
+
+
 def test_a_figure_that_does_not_exist_fails_its_check(run: Run) -> None:
     summary = summarise(run.folder, checks={"reformed_s": 10.0, "no-such-figure": 1.0, "finished": 1})
     assert [one.ok for one in summary.checks] == [False, False, True]

@@ -77,7 +77,7 @@ class CanDriver:
         self._lock = threading.Lock()
         self._bus: Any = None
         self._bus_trouble = ""
-        self._errors = 0
+        self._errors = self._unsent = 0
         self._listened_s = math.inf
         self.reopened = 0
         self._stop = threading.Event()
@@ -144,7 +144,7 @@ class CanDriver:
                     self._say_farewell()
             except Exception as error:  # noqa: BLE001 - whatever an adapter's library raises, this thread must go on
                 self._errors += 1
-                if self._errors >= MOST_ERRORS:
+                if max(self._errors, self._unsent) >= MOST_ERRORS:
                     self._lose(f"CAN bus: {error}")
 
     def _listen(self) -> Any:
@@ -177,8 +177,13 @@ class CanDriver:
     def _send(self, frames: list[Frame]) -> None:
         from can import Message
 
-        for identifier, payload in frames:
-            self._bus.send(Message(arbitration_id=identifier, data=payload, is_extended_id=False), SEND_S)
+        try:
+            for identifier, payload in frames:
+                self._bus.send(Message(arbitration_id=identifier, data=payload, is_extended_id=False), SEND_S)
+        except Exception:
+            self._unsent += 1  # frames that still come in between do not make up for it
+            raise
+        self._unsent = 0 if frames else self._unsent
 
     def _lose(self, why: str) -> None:
         """Let go of a bus that does not work; the controller's watchdog stops the boat."""
@@ -198,7 +203,7 @@ class CanDriver:
             with self._lock:
                 self._bus_trouble = str(error)
             return
-        self._errors = 0
+        self._errors = self._unsent = 0
         self._listened_s = math.inf
         log.warning("the CAN bus is open again", extra={"event": "can-again"})
         with self._lock:

@@ -133,7 +133,10 @@ class UdpLink:
             self._socket.sendto(frame, self._peer) if self._listens else self._socket.send(frame)
         except ConnectionRefusedError:
             return "the autopilot's port is closed"
-        except OSError as error:
+        except BlockingIOError:
+            return "the link to the autopilot is jammed"
+        except OSError as error:  # an address that is ours no more, a socket that was shut: a new one is opened
+            self.close()
             return f"the autopilot cannot be reached: {error.strerror}"
         return ""
 

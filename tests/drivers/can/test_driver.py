@@ -130,6 +130,26 @@ def test_an_adapter_that_is_pulled_is_said_and_taken_up_again(sea: Sea) -> None:
     assert sea.world.ships["b1"].state.u == pytest.approx(1.0, abs=0.02)
 
 
+def test_an_adapter_that_hears_but_sends_no_more_is_said_and_opened_again(sea: Sea) -> None:
+    sea.run(0.5)
+    sea.run(3.0, (1.0, 0.0))
+
+    def broken(*_: object) -> None:
+        raise OSError("no buffer space available")
+
+    sea.driver._bus.send = broken
+    for _ in range(10):  # frames come in all the while
+        sea.once()
+        if sea.driver._bus is None:
+            break
+        sea.driver.write(1.0, 0.0)
+        sea.wait(lambda: sea.driver._bus is None or sea.driver.read().stamp_ns == sea.world.now_ns)
+    assert sea.driver.read().trouble == "CAN bus: no buffer space available"
+    sea.wait(lambda: sea.driver.reopened == 1)
+    sea.run(0.5)
+    assert set(sea.run(6.0, (1.0, 0.0))) == {""}
+
+
 def test_what_queued_while_the_process_was_stopped_is_thrown_away(sea: Sea) -> None:
     sea.run(0.5)
     heard = sea.driver.helm.decoder.counts.accepted

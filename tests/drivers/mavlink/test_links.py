@@ -107,6 +107,23 @@ def test_a_closed_udp_port_is_said_and_never_raised() -> None:
     assert link.send(beat()) == "not connected to the autopilot"
 
 
+def test_a_udp_socket_that_was_shut_is_said_and_another_one_is_opened() -> None:
+    far = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    far.bind(("127.0.0.1", 0))
+    link = UdpLink(far.getsockname(), listens=False)
+    link.open()
+    assert link._socket is not None
+    link._socket.shutdown(socket.SHUT_RDWR)
+    assert link.send(b"x") == "the autopilot cannot be reached: Broken pipe"
+    assert not link.up
+    assert link.send(b"x") == "not connected to the autopilot"
+    link.open()  # as the driver does every 2 s
+    assert link.send(b"y") == ""
+    assert far.recv(10) == b"y"
+    link.close()
+    far.close()
+
+
 def test_tcp_sends_whole_frames_or_none_and_nothing_waits_in_a_queue() -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         link = TcpLink(server.getsockname())
