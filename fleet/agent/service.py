@@ -46,6 +46,7 @@ def service_of(config: AgentConfig, config_file: Path, program: Path, user: str 
     """
     config_file = config_file.absolute()
     paths = [program, config_file, *_written(config)]
+    paths += [Path(config.link.credentials).absolute()] if config.link.credentials else []
     for path in paths:
         if set(str(path)) - PLAIN:
             raise UsageError(f"{path}: expected a path of letters, digits and {''.join(sorted(PLAIN - _LETTERS))}")
@@ -56,13 +57,11 @@ def service_of(config: AgentConfig, config_file: Path, program: Path, user: str 
             lines.append(f"ExecStart={program} agent --config {config_file}")
         elif key == "User":
             lines.append(f"User={user}")
-        elif key == "StateDirectory" and config.state_dir:
-            lines.append(f"ReadWritePaths={' '.join(map(str, _written(config)))}")
-        elif key == "StateDirectoryMode" and config.state_dir:
+        elif key in ("StateDirectory", "StateDirectoryMode") and config.state_dir:
             continue
-        elif key == "StateDirectory":
-            lines.append(line)
+        elif key == "ReadWritePaths":
             lines += [f"ReadWritePaths={path}" for path in _written(config)]
+            lines += [f"ReadWritePaths=-{Path(config.link.credentials).absolute()}"] if config.link.credentials else []
         elif key == "ProtectHome" and any(_below_a_home(path) for path in paths):
             lines.append("ProtectHome=read-only")
         elif key == "PrivateTmp" and any(path.is_relative_to("/tmp") for path in paths):

@@ -34,7 +34,7 @@ def examine(config: AgentConfig | None, patience_s: float) -> Iterator[Finding]:
     yield from disk.disk(kept)
     if config.record not in ("", "none"):
         yield from disk.disk(Path(config.record).absolute().parent, "recordings")
-    yield from credentials(config.link.credentials, config.boat)
+    yield from credentials(config.link.credentials, config.fleet, config.boat)
     for device, what in wiring.serial_devices(config.driver).items():
         yield wiring.serial_line(device, what)
     if config.driver.kind == "can" and config.driver.can.interface == "socketcan":

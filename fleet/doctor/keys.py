@@ -1,33 +1,37 @@
-"""The credentials folder of a boat: there, readable by its owner only, still good?"""
+"""The credentials folder of a boat: there, its own, readable by its owner only, still good?"""
 
 from __future__ import annotations
 
 import os
-import stat
 from collections.abc import Iterator
 from pathlib import Path
 
-from fleet.doctor.finding import Finding, fail, ok
+from fleet.doctor.finding import Finding, fail, ok, warn
+from fleet.errors import ConfigError
+from fleet.wire.credentials.roster import day
+from fleet.wire.credentials.trust import load
 
 
-def credentials(folder: str, boat: str) -> Iterator[Finding]:
-    """What is to be said about it; nothing where there is none, which `reach` speaks of."""
+def credentials(folder: str, fleet: str, boat: str) -> Iterator[Finding]:
+    """What the agent will say of them when it starts; nothing where there are none, which `reach` speaks of."""
     if not folder:
         return
-    place, make = Path(folder), f"fleet credentials boat {boat}, and copy the folder here"
+    make = f"fleet credentials boat {boat} on shore, and copy the folder here"
     try:
-        files = sorted(one for one in place.iterdir() if one.is_file())
-    except OSError as error:
-        yield fail("credentials", f"{place}: {error.strerror}", make)
+        trust = load(folder, fleet, "boat", boat)
+    except ConfigError as error:
+        yield fail("credentials", str(error), make)
         return
-    if not files:
-        yield fail("credentials", f"{place}: empty", make)
-        return
-    unread = [one.name for one in files if not os.access(one, os.R_OK)]
-    if unread:
-        yield fail("credentials", f"{place}: {', '.join(unread)}: no permission", "chown them to who runs the agent")
-        return
-    yield ok("credentials", f"{place}: {len(files)} files")
-    open_ones = [one.name for one in files if "key" in one.name and stat.S_IMODE(one.stat().st_mode) & 0o077]
-    if open_ones:
-        yield fail("credentials", f"{', '.join(open_ones)}: others may read it", f"chmod 600 {place}/*key*")
+    said = f"{folder}: valid until {day(trust.ends_s)}, roster {trust.roster.number}"
+    if trust.warning():
+        yield warn(
+            "credentials", f"{said}; {trust.warning()}", f"fleet credentials boat {boat} --renew, and copy it here"
+        )
+    else:
+        yield ok("credentials", said)
+    if not os.access(Path(folder), os.W_OK):
+        yield warn(
+            "credentials",
+            f"{folder}: a newer roster could not be kept there",
+            "chown -R it to who runs the agent, or a revoked station is believed again after a restart",
+        )

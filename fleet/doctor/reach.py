@@ -11,6 +11,7 @@ from msgspec import structs
 
 from fleet.agent.config import AgentConfig
 from fleet.doctor.finding import Finding, fail, ok, warn
+from fleet.errors import ConfigError
 from fleet.wire.bus import Bus
 from fleet.wire.link import LinkConfig, warning
 
@@ -44,9 +45,11 @@ def links(config: AgentConfig, patience_s: float, opens: Opens | None = None) ->
 
 
 def _zenoh(config: AgentConfig, link: LinkConfig) -> Bus:
+    from fleet.wire.credentials.trust import load
     from fleet.wire.zenoh_bus import ZenohBus
 
-    return ZenohBus(config.fleet, config.boat, link, time.time_ns)
+    trust = load(link.credentials, config.fleet, "boat", config.boat) if link.credentials else None
+    return ZenohBus(config.fleet, config.boat, link, time.time_ns, trust)
 
 
 def _connection(endpoint: str, patience_s: float) -> tuple[str, str] | None:
@@ -85,7 +88,10 @@ def _session(link: LinkConfig, endpoint: str, patience_s: float, opens: Opens) -
     heard, log = _Heard(), logging.getLogger("fleet.wire")
     log.addHandler(heard)
     was, log.propagate = log.propagate, False
-    bus = opens(structs.replace(link, topology="hub", connect=(endpoint,), listen=()))
+    try:
+        bus = opens(structs.replace(link, topology="hub", connect=(endpoint,), listen=()))
+    except ConfigError:
+        return "not tried: the credentials are not good", "see credentials"
     try:
         deadline = time.monotonic() + patience_s
         while not bus.open():

@@ -88,7 +88,8 @@ def test_a_unit_starts_what_fleet_has_and_restarts_it_within_the_time_for_resumi
         assert options is not None
         argv = [argv[0], *shlex.split(options[1])]
     takes(argv)
-    assert (keys["Type"], keys["Restart"], keys["RestartPreventExitStatus"]) == ("notify", "always", "2")
+    assert (keys["Type"], keys["Restart"], keys["StartLimitIntervalSec"]) == ("notify", "always", "0")
+    assert "RestartPreventExitStatus" not in keys, "an adapter that is not there yet is a wrong configuration too"
     worst_s = int(keys["WatchdogSec"]) + int(keys["TimeoutAbortSec"]) + int(keys["RestartSec"])
     assert worst_s + 10 < 60, "hung, aborted, started and ready before a mission is not resumed any more"
 

@@ -73,10 +73,18 @@ def test_what_a_boat_writes_elsewhere_is_opened_and_nothing_more(boat: Path) -> 
     text = boat.read_text()
     boat.write_text('state_dir = "/srv/fleet"\nrecord = "/data/run.mcap"\n' + text)
     other = service_of(load_config(boat, {}, {}), Path("/home/anna/otter-1.toml"), PROGRAM, "anna")
-    assert "ReadWritePaths=/srv/fleet /data\n" in other.text
+    assert "ReadWritePaths=/srv/fleet\nReadWritePaths=/data\n" in other.text
     assert "StateDirectory" not in other.text
     assert "ProtectHome=read-only\n" in other.text
     assert "User=anna\n" in other.text
+
+
+def test_newer_rosters_may_be_kept_beside_the_certificate(boat: Path) -> None:
+    boat.write_text(
+        'boat = "otter-1"\n[link]\ntopology = "hub"\nconnect = ["tls/10.0.0.2:7447"]\ncredentials = "/srv/keys"\n'
+    )
+    text = service_of(load_config(boat, {}, {}), Path("/etc/fleet/otter-1.toml"), PROGRAM).text
+    assert "ReadWritePaths=-/srv/keys\n" in text
 
 
 def test_a_path_that_systemd_would_read_otherwise_is_refused(boat: Path) -> None:

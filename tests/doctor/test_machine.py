@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from pathlib import Path
 
 import pytest
@@ -97,16 +98,26 @@ def test_a_state_folder_that_is_a_file_or_on_a_full_disk(tmp_path: Path, monkeyp
         assert list(disk.disk(tmp_path))[-1].verdict == verdict
 
 
-def test_credentials_that_are_missing_empty_or_open_to_others(tmp_path: Path) -> None:
-    folder = tmp_path / "b1"
-    assert not list(credentials("", "b1"))
-    (missing,) = credentials(str(folder), "b1")
-    assert (missing.verdict, missing.found) == ("fail", f"{folder}: No such file or directory")
-    assert "fleet credentials boat b1" in missing.do
-    folder.mkdir()
-    assert next(iter(credentials(str(folder), "b1"))).found == f"{folder}: empty"
-    (folder / "key.pem").write_text("x")
-    (folder / "key.pem").chmod(0o640)
-    assert [one.verdict for one in credentials(str(folder), "b1")] == ["ok", "fail"]
-    (folder / "key.pem").chmod(0o600)
-    assert [one.verdict for one in credentials(str(folder), "b1")] == ["ok"]
+def test_credentials_that_are_missing_anothers_open_or_about_to_end(tmp_path: Path) -> None:
+    from fleet.wire.credentials.authority import create
+
+    def look(folder: Path, boat: str = "b1") -> list[tuple[str, str]]:
+        return [(one.verdict, one.found) for one in credentials(str(folder), "demo", boat)]
+
+    assert not list(credentials("", "demo", "b1"))
+    missing = tmp_path / "b1"
+    assert look(missing) == [("fail", f"{missing}: no such folder; expected one made by `fleet credentials`")]
+    founded = create(tmp_path / "shore", "demo", time.time())
+    folder = founded.issue("boat", "b1", time.time(), days=365.0, hosts=[], renew=False)
+    ((verdict, found),) = look(folder)
+    assert verdict == "ok"
+    assert found.startswith(f"{folder}: valid until ")
+    assert look(folder, "b2")[0][0] == "fail", "another boat's"
+    (folder / "own.key").chmod(0o640)
+    ((verdict, found),) = look(folder)
+    assert verdict == "fail"
+    assert "expected 0600" in found
+    soon = founded.issue("boat", "b3", time.time(), days=7.0, hosts=[], renew=False)
+    ((verdict, found),) = look(soon, "b3")
+    assert verdict == "warn"
+    assert "its certificate ends in" in found
