@@ -38,7 +38,7 @@ from fleet.agent.wing import Wings
 from fleet.avoidance import METHODS, Method
 from fleet.avoidance.foreign.params import ForeignParams
 from fleet.avoidance.types import Peer
-from fleet.drivers.seam import Driver, Reading
+from fleet.drivers.seam import Driver, PassesOn, Reading
 from fleet.geo import Datum, Plane, plane_of
 from fleet.guidance import FollowParams, Limits, StationParams
 from fleet.guidance.limits import OwnLimits, within
@@ -79,6 +79,8 @@ def tuning(clear: KeepingClear, limits: Limits, plan: Plan | None = None) -> tup
 
 class Agent:
     """A boat that decides."""
+
+    autopilot: PassesOn | None = None  # a driver whose autopilot ground stations may see
 
     def __init__(
         self,

@@ -22,14 +22,14 @@ from fleet.agent.orders import encoded
 from fleet.agent.store import Store, boot_id
 from fleet.drivers.beside import Beside
 from fleet.drivers.kinds import made_by_others
-from fleet.drivers.seam import Driver
+from fleet.drivers.seam import Driver, PassesOn
 from fleet.drivers.sensors.equipped import Equipped
 from fleet.drivers.sensors.kinds import equipped
 from fleet.drivers.simulated import SimulatedDriver
 from fleet.errors import FleetError
 from fleet.mission.load import encode, load
 from fleet.recording.seam import NullRecorder, Recording
-from fleet.wire import zenoh_log
+from fleet.wire import keys, zenoh_log
 from fleet.wire.bus import Bus
 from fleet.wire.credentials.roster import words_of
 from fleet.wire.credentials.trust import Trust
@@ -146,11 +146,17 @@ def join(agent: Agent, driver: Driver) -> Callable[[], None]:
     if converses is not None:
         agent.orders.obeyed = converses.obeyed
 
+    passes = hardware_of if isinstance(hardware_of, PassesOn) and hardware_of.sysid else None
+    agent.autopilot = passes
+
     def listen() -> None:
         for text in converses.said() if converses is not None else ():
             agent.orders.note("autopilot", text)
         for text in sensors.noted() if sensors is not None else ():
             agent.orders.note("sensor", text)
+        frames = passes.handed_on() if passes is not None else b""
+        if frames:
+            agent.bus.put(keys.MAVLINK, frames)
 
     return listen
 

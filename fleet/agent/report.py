@@ -274,6 +274,8 @@ class Reporter:
             traffic=agent.lookout.words(),
             security=agent.security(),
             roster=agent.guard.trust.roster.number if agent.guard.trust is not None else 0,
+            autopilot=agent.autopilot.sysid if agent.autopilot is not None else 0,
+            takes_frames=agent.autopilot is not None and agent.autopilot.takes_frames,
         )
         counters.worst_late_ms = 0.0
         agent.bus.put(keys.STATUS, encode(status))

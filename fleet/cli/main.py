@@ -10,7 +10,9 @@ from typing import Annotated
 import typer
 
 from fleet import __version__
-from fleet.cli import credentials, doctor, drive, hub, mission, orders, run, sail, say, station, status, sweep, words
+from fleet.cli import (
+    credentials, doctor, drive, gcs, hub, mission, orders, run, sail, say, station, status, sweep, words
+)
 from fleet.errors import FleetError
 
 TRACE = "FLEET_TRACE"
@@ -51,6 +53,7 @@ status.add_to(app)
 station.add_to(app)
 hub.add_to(app)
 drive.add_to(app)
+gcs.add_to(app)
 app.add_typer(mission.app, name="mission")
 app.add_typer(credentials.app, name="credentials")
 app.add_typer(doctor.app, name="doctor")

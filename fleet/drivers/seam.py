@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from msgspec import Struct
 
@@ -113,3 +113,22 @@ class Driver(Protocol):
 
     def close(self) -> None:
         """Leave the boat in neutral and disconnect."""
+
+
+@runtime_checkable
+class PassesOn(Protocol):
+    """A driver whose autopilot speaks MAVLink, and may be seen by ground stations as it is."""
+
+    @property
+    def sysid(self) -> int:
+        """Of the autopilot; 0: nothing is passed on."""
+
+    @property
+    def takes_frames(self) -> bool:
+        """Whether ground stations may speak to it."""
+
+    def hand_in(self, frames: bytes) -> str:
+        """A ground station listens; its frames for the autopilot, if any. '' or why they do not go on."""
+
+    def handed_on(self) -> bytes:
+        """Frames of the autopilot since the last call, as they came."""

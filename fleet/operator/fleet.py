@@ -180,9 +180,18 @@ class Fleet:
         self._bus.close()
 
     # -- the picture -----------------------------------------------------------------------------------------------
-    def look(self, tap: Callable[[str, str, bytes], None] | None = None) -> dict[str, BoatView]:
-        """The boats, with what was heard since the last look; `tap` gets each message (what, boat, payload)."""
-        for what, boat, payload in self._bus.heard():
+    def look(
+        self, tap: Callable[[str, str, bytes], None] | None = None, *, newest: bool = False
+    ) -> dict[str, BoatView]:
+        """The boats, with what was heard since the last look; `tap` gets each message (what, boat, payload).
+
+        With `newest` only the last state of each boat is read: for who looks less often than boats speak.
+        """
+        heard = self._bus.heard()
+        last = {boat: i for i, (what, boat, _) in enumerate(heard) if what == keys.STATE} if newest else {}
+        for i, (what, boat, payload) in enumerate(heard):
+            if last.get(boat, i) != i and what == keys.STATE:
+                continue
             if tap is not None:
                 tap(what, boat, payload)
             try:
@@ -197,6 +206,8 @@ class Fleet:
         return self.boats
 
     def _take(self, what: str, boat: str, payload: bytes) -> None:
+        if what == keys.MAVLINK:
+            return
         if what == keys.EVENT:
             if len(self.events) < 10_000:
                 self.events.append(decode(payload, FleetEvent))
@@ -222,6 +233,14 @@ class Fleet:
         return tuple(sorted(self._bus.alive()))
 
     # -- asking ----------------------------------------------------------------------------------------------------
+    def hear_too(self, what: str) -> None:
+        """Have what boats publish under another name; it goes to the tap of `look`."""
+        self._bus.listen((what,))
+
+    def tell(self, what: str, payload: bytes, boat: str) -> None:
+        """Something for one boat, without waiting for its answer."""
+        self._bus.tell(what, payload, boat)
+
     def _ask(self, command: Command, expected: Sequence[str]) -> dict[str, Ack | None]:
         """Ask until every expected boat has answered or the time is over."""
         payload = encode(command)
@@ -337,6 +356,16 @@ class Fleet:
             except Refused:
                 continue
         return newest
+
+    def mission_of(self, boat: str) -> tuple[str, Mission] | None:
+        """(mission id, mission) that one boat holds; None when it holds none, or does not answer."""
+        answer = self._bus.ask_all(keys.MISSION, b"", min(1.0, self.timeout_s), boat).get(boat)
+        try:
+            held = decode(answer, Held) if answer is not None else None
+            order = decode_mission_order(held.order) if held is not None and held.order is not None else None
+        except Refused:
+            return None
+        return (order.mission_id, decode_mission(order.mission)) if order is not None else None
 
     def formation(self) -> Change:
         """The formation that the boats hold; FleetError when they hold none."""

@@ -194,6 +194,12 @@ class LockstepShore:
             self._tick()
         return answers
 
+    def tell(self, what: str, payload: bytes, boat: str) -> None:
+        """Ask one boat; time does not pass for it."""
+        mooring = self._tide.moorings.get(boat)
+        if mooring is not None and not mooring.cut:
+            mooring.deposit(Request(what, payload, lambda answer: None, lambda: None))
+
     def close(self) -> None:
         """The operator leaves."""
         self._tide.ashore = NOBODY

@@ -105,5 +105,8 @@ class Shore(Protocol):
     def ask_all(self, what: str, payload: bytes, timeout_s: float, boat: str = "*") -> dict[str, bytes]:
         """Ask all boats (or one) and wait; who did not answer in time is not in the result."""
 
+    def tell(self, what: str, payload: bytes, boat: str) -> None:
+        """The same of one boat without waiting; its answer is not looked at."""
+
     def close(self) -> None:
         """Leave the network."""

@@ -9,7 +9,7 @@ from fleet.errors import UsageError
 NAME = re.compile(r"[a-z0-9-]{1,32}")
 OPERATOR = "operator"  # no boat may be called so
 
-STATE, STATUS, ALIVE, COMMAND, MISSION, FORMATION, EVENT, ECHO, STOPS, ROSTER = (
+STATE, STATUS, ALIVE, COMMAND, MISSION, FORMATION, EVENT, ECHO, STOPS, ROSTER, MAVLINK = (
     "state",
     "status",
     "alive",
@@ -20,9 +20,10 @@ STATE, STATUS, ALIVE, COMMAND, MISSION, FORMATION, EVENT, ECHO, STOPS, ROSTER = 
     "echo",
     "stops",
     "roster",
+    "mavlink",
 )
-ASKED = (COMMAND, MISSION, FORMATION, ECHO, STOPS, ROSTER)
-"""What a boat answers when it is asked."""
+ASKED = (COMMAND, MISSION, FORMATION, ECHO, STOPS, ROSTER, MAVLINK)
+"""What a boat answers when it is asked. MAVLINK is published too: frames of the boat's own autopilot."""
 
 
 def valid_name(what: str, name: str) -> str:

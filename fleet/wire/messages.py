@@ -112,6 +112,8 @@ class BoatStatus(Struct, frozen=True, array_like=True):
     traffic: tuple[str, ...] = ()  # vessels that are not of the fleet, in words
     security: str = ""  # what is not well with its credentials; "" well, or not asked for
     roster: int = 0  # number of the roster in force; 0: no credentials
+    autopilot: int = 0  # MAVLink sysid of its autopilot, whose frames it hands on; 0 none
+    takes_frames: bool = False  # it hands frames of ground stations on to its autopilot, too
 
 
 class FormationOrder(Struct, frozen=True, array_like=True):
@@ -202,6 +204,14 @@ class FleetEvent(Struct, frozen=True, array_like=True):
     kind: str
     text: str
     value: float = 0.0
+
+
+class Frames(Struct, frozen=True, array_like=True):
+    """An operator's machine to a boat with an autopilot: somebody listens, and frames for the autopilot, if any."""
+
+    major: int
+    operator: str
+    frames: bytes = b""
 
 
 class Echo(Struct, frozen=True, array_like=True):

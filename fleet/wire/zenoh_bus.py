@@ -114,7 +114,7 @@ class ZenohBus:
                 session.close()  # type: ignore[no-untyped-call]
 
     def _declare(self, session: zenoh.Session) -> None:
-        for what in (keys.STATE, keys.STATUS, keys.EVENT):
+        for what in (keys.STATE, keys.STATUS, keys.EVENT, keys.MAVLINK):
             pose = what == keys.STATE
             self._publishers[what] = session.declare_publisher(
                 keys.key(self._fleet, self._boat, what),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections import deque
 from collections.abc import Iterable
@@ -102,6 +103,19 @@ class OperatorBus:
                 if boat_answered:
                     answers[boat_answered] = reply.ok.payload.to_bytes()
         return answers
+
+    def tell(self, what: str, payload: bytes, boat: str) -> None:
+        """Ask one boat without waiting; its answer is not looked at."""
+        if self._session is not None:
+            with contextlib.suppress(zenoh.ZError):
+                self._session.get(
+                    keys.key(self._fleet, boat, what),
+                    direct(lambda reply: None),
+                    timeout=1.0,
+                    payload=payload,
+                    priority=zenoh.Priority.INTERACTIVE_LOW,
+                    congestion_control=zenoh.CongestionControl.DROP,
+                )
 
     def close(self) -> None:
         """Leave the network."""

@@ -19,6 +19,7 @@ class MavlinkConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     arm: Literal["never", "operator"] = "never"  # whether we may arm the boat when an operator sets it off
     stop: Literal["loiter", "hold"] = "loiter"  # how a boat that is stopped is left: on station, or without thrust
     signing_key: str = ""  # file with a passphrase; empty: nothing is signed
+    forward: Literal["off", "out", "both"] = "off"  # the autopilot's frames to `fleet gcs`; "both": and back
 
     def check(self) -> None:
         """ConfigError when it cannot work."""

@@ -14,6 +14,7 @@ from msgspec import structs
 from fleet.drivers.mavlink import words
 from fleet.drivers.mavlink.config import MavlinkConfig
 from fleet.drivers.mavlink.frames import Frames
+from fleet.drivers.mavlink.handing import Handing
 from fleet.drivers.mavlink.link import link_to
 from fleet.drivers.mavlink.signing import Signing
 from fleet.drivers.mavlink.talk import Talk
@@ -58,6 +59,8 @@ class MavlinkDriver:
         self.frames = Frames(mavlink, config.sysid, words.AUTOPILOT_COMPONENT, WANTED)
         self.talk = Talk(mavlink, config.own_sysid, config.sysid)
         self.link = link_to(config.endpoint)
+        self._handing = Handing(config.sysid, config.own_sysid) if config.forward != "off" else None
+        self.frames.tap = self._handing.tap if self._handing is not None else None
         self._signing = Signing(config.signing_key) if config.signing_key else None
         self._codecs = (self.talk.codec, self.frames.codec)
         self.parameters: dict[str, float] = {}  # as they arrive
@@ -136,6 +139,36 @@ class MavlinkDriver:
                 self._wanted_ns = self._permit_ns + int(LEAD_S / NS)
         elif kind in WITHDRAWS:
             self._permit_ns, self._wanted_ns = 0, min(self._wanted_ns, self._now_ns())
+
+    # -- ground stations -------------------------------------------------------------------------------------------
+    @property
+    def sysid(self) -> int:
+        """Of the autopilot; 0: its frames are not passed on."""
+        return self.config.sysid if self._handing is not None else 0
+
+    @property
+    def takes_frames(self) -> bool:
+        """Whether ground stations may speak to it."""
+        return self.config.forward == "both"
+
+    def hand_in(self, frames: bytes) -> str:
+        """A ground station listens; its frames for the autopilot, if any. '' or why they do not go on."""
+        if self._handing is None:
+            return "nothing is passed on"
+        now_s = self._now_ns() * NS
+        self._handing.listened(now_s)
+        if not frames:
+            return ""
+        if not self.takes_frames:
+            return 'driver.mavlink.forward is not "both"'
+        passed, why = self._handing.take(frames, now_s, driving=self._taken)
+        for frame in passed:
+            why = self.link.send(frame) or why
+        return why
+
+    def handed_on(self) -> bytes:
+        """Frames of the autopilot since the last call, as they came, while somebody listens."""
+        return self._handing.give(self._now_ns() * NS) if self._handing is not None else b""
 
     def said(self) -> list[str]:
         """What the autopilot said since the last call, for the operator."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import struct
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 V1, V2 = 0xFE, 0xFD
@@ -20,6 +20,19 @@ def _next(buffer: bytes, i: int) -> int:
     """Where the next frame may begin, the end if none does."""
     starts = (buffer.find(V1, i), buffer.find(V2, i), len(buffer))
     return min(start for start in starts if start >= 0)
+
+
+def cut(payload: bytes) -> Iterator[tuple[bytes, int]]:
+    """(frame, sender's sysid) of bytes that hold whole frames, by their headers alone; what is none is passed over."""
+    i, n = 0, len(payload)
+    while (i := _next(payload, i)) < n:
+        overhead = OVERHEAD[payload[i]]
+        end = i + overhead + payload[i + 1] if i + overhead <= n else n + 1
+        if end <= n and payload[i] == V2 and payload[i + 2] & SIGNED:
+            end += SIGNATURE
+        if end <= n:
+            yield payload[i:end], payload[i + (5 if payload[i] == V2 else 3)]
+        i = end if end <= n else i + 1
 
 
 class Frames:
@@ -37,6 +50,7 @@ class Frames:
         self._error = mavlink.MAVError
         self._known = mavlink.mavlink_map
         self._sysid, self._component, self._wanted = sysid, component, wanted
+        self.tap: Callable[[bytes], None] | None = None  # gets every frame of our vehicle, as it came
         self._rest = b""
         self.counts: Counter[str] = Counter()  # "taken", "bad", "others"; "junk" in bytes
 
@@ -72,6 +86,8 @@ class Frames:
             verdict = self._read(buffer[i : i + length], found)
             if verdict != "bad" and not (verdict == "others" and self._lost(buffer, i + length)):
                 self.counts[verdict] += 1
+                if self.tap is not None and buffer[i + (5 if buffer[i] == V2 else 3)] == self._sysid:
+                    self.tap(buffer[i : i + length])
                 i += length
             else:
                 self.counts["bad"] += 1

@@ -18,23 +18,23 @@ A_SECOND = 100_000  # timestamps count 10 us
 KEPT_S = 60.0  # between two writes of the timestamp
 
 
-def _no_key(where: str, why: str) -> ConfigError:
-    return ConfigError(f"driver.mavlink.signing_key {where!r}: {why}; expected a file with a passphrase")
+def _no_key(option: str, where: str, why: str) -> ConfigError:
+    return ConfigError(f"{option} {where!r}: {why}; expected a file with a passphrase")
 
 
 class Signing:
     """Signs what we say, and lets only what is signed with the same key be heard."""
 
-    def __init__(self, where: str) -> None:
-        """ConfigError when the file holds no key."""
+    def __init__(self, where: str, option: str = "driver.mavlink.signing_key") -> None:
+        """ConfigError when the file holds no key; option: what named it."""
         self._file = Path(where)
         try:
             text = self._file.read_text(encoding="utf-8").strip()
         except (OSError, UnicodeDecodeError) as error:
             words = getattr(error, "strerror", None) or "not text"
-            raise _no_key(where, words) from None
+            raise _no_key(option, where, words) from None
         if not text:
-            raise _no_key(where, "is empty")
+            raise _no_key(option, where, "is empty")
         self._key = hashlib.sha256(text.encode()).digest()
         self._stamp_file = self._file.with_name(self._file.name + ".stamp")
         self._kept = 0

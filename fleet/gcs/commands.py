@@ -1,0 +1,325 @@
+"""What a ground station's commands and modes mean for a boat of a fleet."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from fleet.agent.modes import Mode, Reason
+from fleet.drivers.mavlink.words import AUTO, GUIDED, HOLD, LOITER, mode_name
+from fleet.errors import FleetError
+from fleet.gcs import display
+from fleet.gcs import numbers as n
+from fleet.gcs.chart import Pose, straight_to
+from fleet.gcs.items import place_of
+from fleet.gcs.seat import Station
+from fleet.gcs.telemetry import MAKERS
+from fleet.gcs.wishes import Done, Kind
+from fleet.wire.messages import BoatState
+
+if TYPE_CHECKING:
+    from fleet.gcs.vehicle import Vehicle
+
+Answer = Callable[[int], None]
+"""Takes the result of a command."""
+NOWHERE = 2**31 - 1  # of a coordinate that is left as it is
+SAILS = (Mode.FOLLOW, Mode.AVOID, Mode.ALONE)
+
+
+def obey(v: Vehicle, station: Station, m: Any) -> None:
+    """A COMMAND_LONG or COMMAND_INT: do it, or say why not; the acknowledgement comes when the boats have answered."""
+    peer, sysid = station
+    key = (peer, sysid, m.command)
+    if key in v.busy:  # said again while it is being done
+        return
+    v.busy.add(key)
+    to = (m.get_srcSystem(), m.get_srcComponent())
+
+    def answer(result: int) -> None:
+        v.busy.discard(key)
+        v.send(peer, v.mavlink.MAVLink_command_ack_message(m.command, result, 0, 0, *to))
+
+    command = m.command
+    if command == n.DO_SET_MODE:
+        set_mode(v, station, _whole(m.param2), answer)
+    elif command == n.ARM_DISARM:
+        arm(v, station, m, answer)
+    elif command == n.MISSION_START:
+        set_mode(v, station, AUTO, answer)
+    elif command == n.RETURN_TO_LAUNCH:
+        set_mode(v, station, n.RTL, answer)
+    elif command == n.LOITER_UNLIMITED:
+        set_mode(v, station, LOITER, answer)
+    elif command == n.DO_PAUSE_CONTINUE:
+        set_mode(v, station, AUTO if m.param1 == 1.0 else LOITER, answer)
+    elif command == n.DO_CHANGE_SPEED:
+        change_speed(v, station, m.param2, answer)
+    elif command == n.DO_REPOSITION:
+        x, y, frame = (m.x, m.y, m.frame) if m.get_type() == "COMMAND_INT" else _degrees(m)
+        go_to(v, station, x, y, frame, m.param1, answer)
+    elif command in (n.REQUEST_MESSAGE, n.REQUEST_CAPABILITIES, n.GET_HOME):
+        number = {n.REQUEST_CAPABILITIES: n.AUTOPILOT_VERSION, n.GET_HOME: n.HOME_POSITION}.get(command)
+        hand_out(v, station, _whole(m.param1) if number is None else number, answer)
+    elif command == n.SET_MESSAGE_INTERVAL:
+        answer(n.ACCEPTED if _whole(m.param1) in MAKERS else n.UNSUPPORTED)  # rates are what they are
+    else:
+        answer(n.UNSUPPORTED)
+
+
+def _whole(value: float) -> int:
+    return int(value) if math.isfinite(value) and abs(value) < 2**31 else -1
+
+
+def _degrees(m: Any) -> tuple[int, int, int]:
+    """Latitude and longitude of a COMMAND_LONG, frame 0."""
+    lat, lon = m.param5, m.param6
+    known = math.isfinite(lat) and math.isfinite(lon) and abs(lat) <= 180.0 and abs(lon) <= 180.0
+    return (round(lat * 1e7), round(lon * 1e7), 0) if known else (NOWHERE, NOWHERE, 0)
+
+
+def hand_out(v: Vehicle, station: Station, number: int, answer: Answer) -> None:
+    """A message by its number, once."""
+    if number not in MAKERS or v.shown is None:
+        answer(n.UNSUPPORTED)
+        return
+    answer(n.ACCEPTED)
+    v.send(station[0], MAKERS[number](v.mavlink, v.shown))
+
+
+def refuse(v: Vehicle, station: Station, answer: Answer, why: str, result: int = n.DENIED) -> None:
+    """Say why, and that it is not done."""
+    v.say(station[0], n.WARNING, why)
+    answer(result)
+
+
+def _state(v: Vehicle, station: Station, what: str, answer: Answer) -> BoatState | None:
+    """The boat's state; refuses where it is not heard."""
+    state = v.shared.state(v.boat)
+    if state is None or v.quiet:
+        refuse(v, station, answer, f"{what} refused: {v.boat} is not heard", n.FAILED)
+        return None
+    return state
+
+
+def _wish(
+    v: Vehicle, station: Station, what: str, kind: Kind, answer: Answer, *, asked: int = -1, value: Any = None
+) -> None:
+    """Ask the fleet; acknowledge when it has answered."""
+
+    def then(done: Done) -> None:
+        if not done.ok:
+            refuse(v, station, answer, f"{what} refused: {done.text}", n.FAILED if done.silent else n.DENIED)
+            return
+        if done.text:
+            v.tell(n.NOTICE, f"{what}: {done.text}")
+        accept(v, asked, answer)
+
+    v.ask(kind, value, then)
+
+
+def accept(v: Vehicle, asked: int, answer: Answer) -> None:
+    """It is done: acknowledged, and shown at once."""
+    if asked >= 0:
+        v.asked, v.asked_s = asked, v.now_s
+    answer(n.ACCEPTED)
+    v.beat()
+
+
+# -- modes ---------------------------------------------------------------------------------------------------------
+def set_mode(v: Vehicle, station: Station, mode: int, answer: Answer) -> None:
+    """HOLD, LOITER: hold. AUTO: start or resume. RTL: return. GUIDED: hold, and wait for a place to go to."""
+    name = mode_name(mode)
+    if mode not in n.OBEYED_MODES:
+        known = ", ".join(mode_name(one) for one in n.OBEYED_MODES)
+        refuse(v, station, answer, f"{name} refused: boats of a fleet know {known}")
+        return
+    if mode in (HOLD, LOITER):
+        _hold(v, station, mode, name, answer)
+        return
+    state = _state(v, station, name, answer)
+    if state is None:
+        return
+    if mode == GUIDED:
+        if state.mode in SAILS or state.mode == Mode.RETURN:
+            _hold(v, station, mode, name, answer)
+        else:
+            accept(v, mode, answer)
+        return
+    why = v.shared.seat.refusal(station, v.now_s)
+    if why:
+        refuse(v, station, answer, f"{name} refused: {why}")
+    elif mode == AUTO:
+        _auto(v, station, state, answer)
+    else:
+        _wish(v, station, name, "return", answer, asked=mode)
+
+
+def _hold(v: Vehicle, station: Station, mode: int, name: str, answer: Answer) -> None:
+    """Anybody may stop a boat, and one that is not heard is asked all the same."""
+    state = v.shared.state(v.boat)
+    if mode == HOLD and state is not None and state.mode == Mode.STANDBY and not v.quiet:
+        accept(v, mode, answer)  # it has no thrust; LOITER makes it keep station
+        return
+    _wish(v, station, name, "hold", answer, asked=mode)
+
+
+def _auto(v: Vehicle, station: Station, state: BoatState, answer: Answer) -> None:
+    """What was uploaded and waits is started; else the boat goes on with the mission that it holds."""
+    charted = v.charted
+    over = not state.mission_id or bool(state.reasons & (Reason.MISSION_ENDED | Reason.ABORTED))
+    if charted is not None and (not charted.mission_id or over):
+        start(v, station, answer)
+    elif state.mode in SAILS:
+        accept(v, AUTO, answer)
+    elif over:
+        why = "the mission has ended" if state.mission_id else "no mission"
+        refuse(v, station, answer, f"AUTO refused: {why}; upload one", n.FAILED)
+    else:
+        _wish(v, station, "AUTO", "resume", answer, asked=AUTO)
+
+
+def start(v: Vehicle, station: Station, answer: Answer) -> None:
+    """Launch what was uploaded, as the formation is now."""
+    charted = v.charted
+    assert charted is not None
+    why = _tears(v, "a mission of its own") if charted.alone else ""
+    if why:
+        refuse(v, station, answer, f"AUTO refused: {why}")
+        return
+    try:
+        mission = v.shared.mission_for(charted.course, charted.boat, alone=charted.alone)
+    except FleetError as error:
+        refuse(v, station, answer, f"AUTO refused: {error}")
+        return
+
+    def then(done: Done) -> None:
+        if not done.ok:
+            refuse(v, station, answer, f"AUTO refused: {done.text}", n.FAILED if done.silent else n.DENIED)
+            return
+        charted.mission_id = done.value or "?"
+        v.shared.learn(charted.mission_id, mission)
+        if done.text:
+            v.tell(n.WARNING, f"AUTO: {done.text}")
+        accept(v, AUTO, answer)
+
+    v.ask("start", mission, then)
+
+
+def _tears(v: Vehicle, what: str) -> str:
+    """Why a boat cannot leave its formation now; '' when it sails in none."""
+    state = v.shared.state(v.boat)
+    company = v.shared.in_company(v.boat)
+    if state is not None and state.mode in SAILS and company > 1:
+        return f"{what} would take {v.boat} out of a formation of {company}; HOLD it first"
+    if state is not None and state.mode in SAILS and state.mission_id and not company:
+        return f"{v.boat} sails a mission that is not known here yet"
+    return ""
+
+
+# -- the rest ------------------------------------------------------------------------------------------------------
+def arm(v: Vehicle, station: Station, m: Any, answer: Answer) -> None:
+    """Arm: lift our own stop, take control if nobody has it, be ready. Disarm: no thrust until armed again."""
+    if m.param1 == 0.0:
+        _disarm(v, station, answer)
+        return
+    if m.param1 != 1.0 or m.param2 != 0.0:
+        refuse(v, station, answer, "arming by force refused")
+        return
+    state = _state(v, station, "arming", answer)
+    if state is None:
+        return
+    foreign = [stop for stop in state.stops if stop not in v.shared.own_stops]
+    holder = state.control.operator
+    why = v.shared.seat.refusal(station, v.now_s) or display.why_not_ready(state)
+    if not why and foreign:
+        why = "stopped by another operator; `fleet release` lifts it"
+    if not why and holder not in ("", v.shared.operator):
+        why = f"{holder} holds control; FLT_CONTROL 1 takes it"
+    if why:
+        refuse(v, station, answer, f"arming refused: {why}")
+        return
+
+    def then(done: Done) -> None:
+        if not done.ok:
+            refuse(v, station, answer, f"arming refused: {done.text}", n.FAILED if done.silent else n.DENIED)
+            return
+        v.ready = True
+        accept(v, -1, answer)
+
+    v.ask("ready", tuple(state.stops), then)
+
+
+def _disarm(v: Vehicle, station: Station, answer: Answer) -> None:
+    """A stop: never refused, never asked whose turn it is."""
+
+    def then(done: Done) -> None:
+        if not done.ok:
+            refuse(v, station, answer, f"disarming: {done.text}", n.FAILED)
+            return
+        v.shared.own_stops.add(done.value)
+        v.ready = False
+        v.tell(n.NOTICE, f"{v.boat} has no thrust until it is armed again")
+        accept(v, HOLD, answer)
+
+    v.ask("stop", None, then)
+
+
+def change_speed(v: Vehicle, station: Station, speed_mps: float, answer: Answer) -> None:
+    """The cruise speed of the formation."""
+    if speed_mps == -1.0:
+        answer(n.ACCEPTED)
+        return
+    if not 0.0 < speed_mps < 100.0:
+        refuse(v, station, answer, f"speed {speed_mps:g} m/s refused: expected more than 0")
+        return
+    why = v.shared.seat.refusal(station, v.now_s)
+    if not why and v.shared.plan(v.boat) is None:
+        why = "no mission; FLT_CRUISE sets the next one's"
+    if why:
+        refuse(v, station, answer, f"speed refused: {why}")
+        return
+    speed_mps = round(speed_mps, 6)
+
+    def done(why: str) -> None:
+        if why:
+            refuse(v, station, answer, f"speed refused: {why}")
+        else:
+            answer(n.ACCEPTED)
+
+    v.change("speed", speed_mps, "FLT_CRUISE", speed_mps, done)
+
+
+def go_to(v: Vehicle, station: Station, x: int, y: int, frame: int, speed_mps: float, answer: Answer) -> None:
+    """Straight to a place and hold there: a mission of this boat alone, if that tears no formation."""
+    state = _state(v, station, "go-to", answer)
+    if state is None:
+        return
+    if x == NOWHERE and y == NOWHERE:  # stay
+        _hold(v, station, LOITER, "LOITER", answer)
+        return
+    target = place_of(x, y) if frame in n.GLOBAL_FRAMES else None
+    why = v.shared.seat.refusal(station, v.now_s) or _tears(v, "a go-to")
+    if target is None:
+        why = f"frame {frame}, {x / 1e7:g}, {y / 1e7:g} is no position"
+    if why:
+        refuse(v, station, answer, f"go-to refused: {why}")
+        return
+    assert target is not None
+    pose = Pose(state.lat_deg, state.lon_deg, 0.0)
+    course = straight_to(pose, target, speed_mps if 0.0 < speed_mps < 100.0 else None)
+    try:
+        mission = v.shared.mission_for(course, v.boat, alone=True, title=f"{v.boat}: go-to from a ground station")
+    except FleetError as error:
+        refuse(v, station, answer, f"go-to refused: {error}")
+        return
+
+    def then(done: Done) -> None:
+        if not done.ok:
+            refuse(v, station, answer, f"go-to refused: {done.text}", n.FAILED if done.silent else n.DENIED)
+            return
+        v.going = done.value or "?"
+        v.shared.learn(v.going, mission)
+        accept(v, GUIDED, answer)
+
+    v.ask("start", mission, then)
