@@ -18,6 +18,8 @@ help:
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
+	# a ground station for the tests, without its maps and windows (VTK, OpenCV), which are larger than all the rest
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --no-deps MAVProxy
 	@touch $@
 
 setup: $(READY)

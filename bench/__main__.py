@@ -12,6 +12,7 @@ from pathlib import Path
 
 from bench.batch_rows import batch_rows, lockstep_rows
 from bench.fleet_rows import fleet_rows, tick_rows
+from bench.gcs_rows import gcs_rows
 from bench.link_rows import link_rows
 from bench.start_rows import agent_rows, help_rows
 from bench.step_rows import codec_rows, step_rows
@@ -26,6 +27,7 @@ ROWS: dict[str, Callable[[Table, bool], None]] = {
     "help": help_rows,
     "agent": agent_rows,
     "link": link_rows,
+    "gcs": gcs_rows,
     "tick": tick_rows,
     "fleets": fleet_rows,
 }

@@ -212,6 +212,8 @@ class Frames(Struct, frozen=True, array_like=True):
     major: int
     operator: str
     frames: bytes = b""
+    boat: str = ""
+    stamp_ns: int = 0
 
 
 class Echo(Struct, frozen=True, array_like=True):

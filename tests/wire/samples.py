@@ -14,6 +14,7 @@ from fleet.wire.messages import (
     FleetEvent,
     ForeignOrder,
     FormationOrder,
+    Frames,
     Held,
     MissionOrder,
     Revision,
@@ -108,8 +109,9 @@ COMMAND = Command(MAJOR, "id-1", "anna", "set", ("b1",), SIGNED, ("s1",), "neare
 ACK = Ack(MAJOR, "id-1", "b1", False, "why", "old", "new", "0.1.0", True)
 EVENT = FleetEvent(MAJOR, "b1", 24, "mode", "follow -> avoid", 2.0)
 ECHO = Echo(MAJOR, 25)
+FRAMES = Frames(MAJOR, "anna", b"\xfe\x00\x01", "b1", 26)
 STOPS = Stops(MAJOR, (SIGNED,))
 SAMPLES: dict[str, Any] = {
     type(message).__name__: message
-    for message in (STATE, STATUS, FORMATION, MISSION, SIGNED, HELD, COMMAND, ACK, EVENT, ECHO, STOPS)
+    for message in (STATE, STATUS, FORMATION, MISSION, SIGNED, HELD, COMMAND, ACK, EVENT, ECHO, STOPS, FRAMES)
 }

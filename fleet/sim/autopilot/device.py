@@ -12,7 +12,7 @@ from fleet.sim.autopilot.port import Port
 from fleet.sim.autopilot.rover import Rover
 from fleet.sim.world import World
 
-OWN_SYSID = 254
+OWN_SYSID, MOST_SYSIDS = 254, 250
 RUNNING_S = 120.0  # switched on so long before the simulation begins: it can be armed
 LOITER_ELSE_HOLD = 6.0
 
@@ -24,11 +24,13 @@ class AutopilotDevice:
         self._world, self._boat = world, boat
         mavlink = dialect()
         self._reading = Reading(stamp_ns=0)
-        self.rover = Rover(mavlink, world.now_ns, self._senses(), running_s=RUNNING_S)
+        sysid = world.plan.boat(boat).number % MOST_SYSIDS + 1
+        self.rover = Rover(mavlink, world.now_ns, self._senses(), sysid=sysid, running_s=RUNNING_S)
         self.rover.parameters |= {"MAV_GCS_SYSID": OWN_SYSID, "FS_GCS_ENABLE": 1.0, "FS_ACTION": LOITER_ELSE_HOLD}
         self._port = Port(mavlink, self.rover)
         endpoint = f"udp:127.0.0.1:{self._port.number}"
-        self.keys: dict[str, Any] = {"mavlink": {"endpoint": endpoint, "own_sysid": OWN_SYSID, "arm": "operator"}}
+        talk = {"endpoint": endpoint, "sysid": sysid, "own_sysid": OWN_SYSID, "arm": "operator", "forward": "both"}
+        self.keys: dict[str, Any] = {"mavlink": talk}
 
     def _senses(self) -> Senses:
         """The estimator fuses all sensors but the position's slow error; only GNSS can be lost."""
