@@ -16,9 +16,9 @@ from fleet.agent.picture import DISCIPLINED_NS
 from fleet.agent.sailing import Sailing
 from fleet.wire.codec import Refused, decode, decode_command, decode_formation, decode_mission_order
 from fleet.wire.credentials.trust import Trust
-from fleet.wire.messages import Command, Signed
+from fleet.wire.messages import Command, Frames, Signed
 
-COMMAND, MISSION, FORMATION = "command", "mission", "formation"
+COMMAND, MISSION, FORMATION, FRAMES = "command", "mission", "formation", "frames"
 FRESH_NS = 120_000_000_000
 MISSION_FRESH_NS = 86_400_000_000_000  # of one that a neighbour hands on
 HARMLESS = ("hold", "abort", "stop-now")
@@ -37,6 +37,7 @@ class Guard:
         self._left = CHECKS_A_TICK
         self.asks_age = True  # False where operators' clocks run at another pace: in warped simulations
         self._said: dict[str, float] = {}
+        self._framed_ns: dict[str, int] = {}  # stamp of the last frames of each signer
         if trust is not None:
             orders.sign = trust.sign
 
@@ -96,6 +97,24 @@ class Guard:
             del orders.said[next(iter(orders.said))]
         orders.said[words.signer] = max(command.stamp_ns, orders.said.get(words.signer, 0))
         orders.changed = True
+
+    def frames(self, payload: bytes, now_ns: int) -> Frames:
+        """A ground station's frames for this boat's autopilot, each once; Refused when they must not go on."""
+        words = _signed(payload) if self.trust is not None else None
+        message = decode(words.body if words is not None else payload, Frames)
+        if self.trust is None:
+            return message
+        if words is None:
+            raise Refused("are not signed")
+        what = f"frames of {message.operator}"
+        self._by(what, FRAMES, words, message.operator)
+        late = abs(now_ns - message.stamp_ns) > FRESH_NS and self._disciplined()
+        if message.boat != self._orders.boat or message.stamp_ns <= self._framed_ns.get(words.signer, 0) or late:
+            self._refuse(what, "are another boat's, or played again")
+        if len(self._framed_ns) >= SIGNERS and words.signer not in self._framed_ns:
+            del self._framed_ns[next(iter(self._framed_ns))]
+        self._framed_ns[words.signer] = message.stamp_ns
+        return message
 
     def may_control(self, operator: str) -> bool:
         """Whether a neighbour's word that this operator holds control can be true."""

@@ -11,7 +11,7 @@ from fleet.agent.neighbours import COUNTED, Neighbours
 from fleet.wire import keys
 from fleet.wire.bus import Request
 from fleet.wire.codec import Refused, decode, decode_command, encode
-from fleet.wire.messages import MAJOR, Ack, Command, Frames, Held, Signed, Stops
+from fleet.wire.messages import MAJOR, Ack, Command, Held, Signed, Stops
 
 if TYPE_CHECKING:
     from fleet.agent.agent import Agent
@@ -75,7 +75,7 @@ class Desk(Neighbours):
         if request.what == keys.ECHO:
             request.reply(request.payload[:64])
         elif request.what == keys.MAVLINK:
-            self._pass(request)
+            self._pass(request, now_ns)
         elif request.what == keys.MISSION:
             words = orders.sailing.words if orders.sailing is not None else None
             wait_s = max(0.0, (orders.sailing.starts_ns - now_ns) * 1e-9) if orders.sailing is not None else 0.0
@@ -100,14 +100,14 @@ class Desk(Neighbours):
         self._room -= len(answer)
         request.reply(answer)
 
-    def _pass(self, request: Request) -> None:
+    def _pass(self, request: Request, now_ns: int) -> None:
         """Frames of a ground station for the boat's own autopilot; only who may command the boat has any passed on."""
         autopilot, control = self._agent.autopilot, self._agent.orders.control.operator
         if autopilot is None:
             request.drop()
             return
         try:
-            frames = decode(request.payload, Frames)
+            frames = self._agent.guard.frames(request.payload, now_ns)
         except Refused as refusal:
             self.count(f"mavlink: {refusal}")
             request.drop()

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from fleet.cli import say
-from fleet.cli.options import Connect, FleetName, Link
+from fleet.cli.options import Connect, Credentials, FleetName, Insecure, Link
 
 DEFAULT = "udp:127.0.0.1:14550"
 
@@ -38,17 +38,19 @@ def gcs(
     signing_key: Annotated[
         str, typer.Option(metavar="FILE", help="With a passphrase: sign, and hear only signed.")
     ] = "",
-    insecure: Annotated[
-        bool, typer.Option("--insecure", help="Go beyond this machine without signatures; it is meant.")
-    ] = False,
     state_dir: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Where system ids are kept.  [default: ~/.local/state/fleet]")
     ] = None,
     fleet: FleetName = "demo",
     connect: Connect = None,
     operator: Annotated[
-        str, typer.Option(envvar="FLEET_OPERATOR", metavar="NAME", help="Who commands.  [default: gcs]")
-    ] = "gcs",
+        str,
+        typer.Option(
+            envvar="FLEET_OPERATOR", metavar="NAME", help="Who commands.  [default: gcs, or as the credentials say]"
+        ),
+    ] = "",
+    credentials: Credentials = None,
+    insecure: Insecure = False,
 ) -> None:
     """Show every boat to QGroundControl, Mission Planner or MAVProxy, until SIGTERM or Ctrl-C.
 
@@ -80,10 +82,12 @@ def gcs(
         ended_by.append(number)
         stop.set()
 
-    with Link(fleet, connect, operator, ANSWER_S).open() as link:
+    reach = Link(fleet, connect, operator, ANSWER_S, credentials, insecure)
+    who = operator or ("" if reach.folder else "gcs")
+    with reach._replace(operator=who).open() as link:
         process = Process(config, link, say.out)
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, end)
-        say.out(f"fleet {fleet} at {', '.join(config.endpoints)} as operator {operator}; Ctrl-C ends it")
+        say.out(f"fleet {fleet} at {', '.join(config.endpoints)} as operator {link.operator}; Ctrl-C ends it")
         process.run(stop)
     raise typer.Exit(130 if ended_by and ended_by[0] == signal.SIGINT else 0)

@@ -11,7 +11,20 @@ import typer
 
 from fleet import __version__
 from fleet.cli import (
-    credentials, doctor, drive, gcs, hub, mission, orders, run, sail, say, station, status, sweep, words
+    credentials,
+    doctor,
+    drive,
+    gcs,
+    hub,
+    mission,
+    orders,
+    run,
+    sail,
+    say,
+    station,
+    status,
+    sweep,
+    words,
 )
 from fleet.errors import FleetError
 

@@ -21,8 +21,6 @@ from fleet.gcs.sysids import Sysids
 from fleet.mission.model import Mission
 from fleet.operator import Fleet
 from fleet.wire import keys
-from fleet.wire.codec import encode
-from fleet.wire.messages import MAJOR, Frames
 
 LOOP_S = 0.05
 LISTEN_S = 2.0  # boats with autopilots are told so often that somebody listens
@@ -137,7 +135,7 @@ class Process:
         if bridge.passages.boats and now_s - self._listened_s >= LISTEN_S:
             self._listened_s = now_s
             for boat in bridge.passages.boats:
-                fleet.tell(keys.MAVLINK, encode(Frames(MAJOR, fleet.operator)), boat)
+                fleet.pass_on(boat)
         for note in bridge.notes:
             self._note(note)
         bridge.notes.clear()
@@ -153,5 +151,5 @@ class Process:
             bridge.done(done, now_s)
         captain.ask(bridge.take_wishes())
         for boat, frames in bridge.passages.take().items():
-            self._fleet.tell(keys.MAVLINK, encode(Frames(MAJOR, self._fleet.operator, frames)), boat)
+            self._fleet.pass_on(boat, frames)
         self.port.send(bridge.take_outbox(), now_s)

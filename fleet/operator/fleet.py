@@ -42,6 +42,7 @@ from fleet.wire.messages import (
     Command,
     FleetEvent,
     FormationOrder,
+    Frames,
     Held,
     MissionOrder,
     Revision,
@@ -237,9 +238,11 @@ class Fleet:
         """Have what boats publish under another name; it goes to the tap of `look`."""
         self._bus.listen((what,))
 
-    def tell(self, what: str, payload: bytes, boat: str) -> None:
-        """Something for one boat, without waiting for its answer."""
-        self._bus.tell(what, payload, boat)
+    def pass_on(self, boat: str, frames: bytes = b"") -> None:
+        """Frames for a boat's own autopilot, without waiting; with none, say that somebody listens to it."""
+        body = encode(Frames(MAJOR, self.operator, frames, boat, self._now_ns()))
+        payload = encode(self.trust.sign("frames", body)) if self.trust is not None else body
+        self._bus.tell(keys.MAVLINK, payload, boat)
 
     def _ask(self, command: Command, expected: Sequence[str]) -> dict[str, Ack | None]:
         """Ask until every expected boat has answered or the time is over."""
