@@ -25,7 +25,7 @@ def examine(config: AgentConfig | None, patience_s: float) -> Iterator[Finding]:
         yield from disk.disk(Path.home() / ".local" / "state" / "fleet")
         yield warn("boat", "no configuration was named: only the machine was looked at", "fleet doctor --config FILE")
         return
-    agent = wiring.agent_of(config.boat)
+    agent = wiring.agent_of(config.fleet, config.boat)
     service = _service(config.boat, agent)
     yield service
     if os.geteuid() == 0:

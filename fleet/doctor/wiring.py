@@ -110,9 +110,9 @@ def _has(wanted: str, number: int, root: Path) -> bool:
     return False
 
 
-def agent_of(boat: str, root: Path = Path("/")) -> int:
+def agent_of(fleet: str, boat: str, root: Path = Path("/")) -> int:
     """The process of this boat's agent; 0 where none is seen."""
-    name = f'"boat":"{boat}"'
+    name = f'"boat":"{boat}","fleet":"{fleet}"'
     for number, words in processes(root):
         if words[1:3] == ["-m", "fleet.agent"] and any(name in word for word in words[3:]):
             return number

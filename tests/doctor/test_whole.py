@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import socket
 from collections.abc import Callable
 from pathlib import Path
@@ -101,10 +102,13 @@ def test_a_link_that_is_open_to_strangers_is_said() -> None:
     assert found[0].found.startswith("INSECURE")
 
 
+NAME = f"b{os.getpid()}"  # of no other agent on this machine
+
+
 def boat(tmp_path: Path, endpoint: str, world: str = "127.0.0.1:9") -> Path:
     file = tmp_path / "b1.toml"
     file.write_text(
-        f'boat = "b1"\nstate_dir = "{tmp_path}/state"\nrecord = "none"\n'
+        f'boat = "{NAME}"\nstate_dir = "{tmp_path}/state"\nrecord = "none"\n'
         f'[link]\ntopology = "hub"\nconnect = ["{endpoint}"]\n[driver]\nworld = "{world}"\n'
     )
     return file
@@ -127,7 +131,7 @@ def test_a_boat_whose_hub_is_there_and_whose_agent_runs(tmp_path: Path) -> None:
         run = here("doctor", "--config", str(file), "--json")
         told = json.loads(run.stdout)
         found = {one["subject"]: one for one in told["findings"]}
-        assert (told["boat"], told["fit"], run.returncode) == ("b1", True, 0), told
+        assert (told["boat"], told["fit"], run.returncode) == (NAME, True, 0), told
         assert found["link"]["found"] == f"{endpoint}: connected, and taken"
         assert found["driver"]["found"] == f"simulated: left to the agent that runs, process {agent.pid}"
         assert {"versions", "clock", "state", "service"} <= set(found)

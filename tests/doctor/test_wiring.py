@@ -74,8 +74,8 @@ def test_an_agent_of_this_boat_is_seen_by_its_process(tmp_path: Path) -> None:
     for number, words in ((71, ["python", "-m", "fleet.agent", '{"boat":"b1","fleet":"x"}']), (72, ["sh", "-c", "x"])):
         (tmp_path / "proc" / str(number)).mkdir(parents=True)
         (tmp_path / "proc" / str(number) / "cmdline").write_bytes("\0".join(words).encode() + b"\0")
-    assert wiring.agent_of("b1", tmp_path) == 71
-    assert wiring.agent_of("b11", tmp_path) == 0
+    assert wiring.agent_of("x", "b1", tmp_path) == 71
+    assert wiring.agent_of("x", "b11", tmp_path) == wiring.agent_of("y", "b1", tmp_path) == 0
 
 
 # -- CAN ---------------------------------------------------------------------------------------------------------------
