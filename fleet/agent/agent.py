@@ -369,12 +369,12 @@ class Agent:
         """Write down what must survive a restart."""
         orders = self.orders
         stops = tuple(orders.stops)
-        if stops != self._saved_stops or self.desk.waits_for_disk:
-            self._saved_stops = stops
-            self.store.save_stops(stops, self.desk.written())
         if orders.changed:
             orders.changed = False
             self.store.save_kept(self.resumption.kept())
+        if stops != self._saved_stops or self.desk.waits_for_disk:
+            self._saved_stops = stops
+            self.store.save_stops(stops, self.desk.written())
         if now_ns - self._saved_ns >= SAVE_S * 1e9 and self.nav.sound > 0.5 and orders.sailing is not None:
             self._saved_ns = now_ns
             self.store.save_progress(self.resumption.progress(now_ns))

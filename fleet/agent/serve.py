@@ -151,7 +151,8 @@ class Desk(Neighbours):
         if not ack.ok:
             self.count(f"command: {command.kind} refused")
         answer = encode(ack)
-        if command.kind in ("stop-now", "release") and ack.ok:
+        on_disk = command.kind in ("stop-now", "release") or (words is not None and not self._agent.store.trouble)
+        if on_disk and ack.ok:
             self._waiting.append(lambda: request.reply(answer))
         else:
             request.reply(answer)
@@ -184,7 +185,7 @@ class Desk(Neighbours):
 
     @property
     def waits_for_disk(self) -> bool:
-        """A stop or a release is not yet acknowledged, because it is not yet written."""
+        """A stop, a release or a signed word is not yet acknowledged, because it is not yet written."""
         return bool(self._waiting)
 
     def written(self) -> Callable[[], None]:

@@ -17,7 +17,7 @@ from typing import Final
 
 import zenoh
 
-from fleet.wire.credentials.roster import words_of
+from fleet.wire.credentials.roster import day, words_of
 from fleet.wire.credentials.trust import Trust
 
 log = logging.getLogger("fleet.wire")
@@ -30,6 +30,7 @@ _DENIED: Final = re.compile(rb"(?:CertCommonName\(([^)]*)\).*?)?(\w+) is unautho
 _NOBODY: Final = re.compile(rb"access_control: (\w+) did not match any configured ACL subject")
 _THREAD: Final = re.compile(rb"ThreadId\((\d+)\)")
 _COLOURS: Final = re.compile(rb"\x1b\[[0-9;]*m")
+_EXPIRED: Final = re.compile(r"certificate expired: .*?not valid after (\d+).*")
 _REASON: Final = re.compile(r'reason: "([^"]*)"')
 
 
@@ -104,7 +105,7 @@ class Refusals:
         text = text.split(": ", 1)[-1]
         reason = _REASON.search(text)
         text = (reason[1] if reason else text).split(" Hint:")[0].split(" at /")[0].rstrip(".")
-        text = re.sub(r"verification time \d+ \(UNIX\), but |\(\d+ seconds ago\)", "", text)
+        text = _EXPIRED.sub(lambda match: f"expired {day(int(match[1]))}", text)
         peer = "a stranger" if "certificate" in text else "the network"
         self._say(f"{peer}: {text[:200]}")
 

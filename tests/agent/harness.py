@@ -9,7 +9,7 @@ No wall clock, no sleeps, no network: a tick of all boats is one call, and the s
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +40,7 @@ from fleet.recording.seam import MemoryRecorder, NullRecorder
 from fleet.sim.world import World
 from fleet.wire import keys
 from fleet.wire.codec import decode, encode
+from fleet.wire.credentials.trust import Trust
 from fleet.wire.memory_bus import MemoryBus, Water
 from fleet.wire.messages import (
     MAJOR,
@@ -207,6 +208,7 @@ class Station:
             self.now_ns() + self.starts,
             boot_id=self.boot_id,
             clock_ns=self.clock_ns,
+            trust=self.sea.trust(self.name) if self.sea.trust is not None else None,
         )
         self.quiet_ns = 0
         if announce:
@@ -229,7 +231,10 @@ class Sea:
         clock_ns: int = 50_000_000,
         record: bool = False,
         ashore: Iterable[str] = (),
+        trust: Callable[[str], Trust] | None = None,
+        signers: Mapping[str, Trust] | None = None,
     ) -> None:
+        self.trust, self.signers = trust, dict(signers or {})  # credentials of boats, and of operators
         self.folder, self.seed, self.delay_s, self.loss, self.record = folder, seed, delay_s, loss, record
         self.mission = what if what is not None else mission()
         self.plan: Plan = build(self.mission)
@@ -451,7 +456,13 @@ class Sea:
             mission_id,
             self.now_ns,
         )
-        return self.ask_raw(encode(command), operator)
+        words = self.sign("command", encode(command), operator)
+        return self.ask_raw(encode(words) if words.signature else words.body, operator)
+
+    def sign(self, purpose: str, body: bytes, operator: str) -> Signed:
+        """Words of an operator, signed if it has credentials."""
+        signer = self.signers.get(operator)
+        return signer.sign(purpose, body) if signer is not None else Signed(body)
 
     def ask_raw(self, payload: bytes, operator: str = "anna", what: str = keys.COMMAND) -> dict[str, Ack]:
         """Bytes, as an operator's."""
@@ -486,7 +497,7 @@ class Sea:
             encode_mission(what or self.mission),
             apply_in_s,
         )
-        return Signed(encode(order))
+        return self.sign("mission", encode(order), operator)
 
     def launch(self, what: Mission | None = None, *, operator: str = "anna", apply_in_s: float = 2.0) -> dict[str, Ack]:
         """Give the boats their mission."""
@@ -523,7 +534,9 @@ class Sea:
             apply_in_s,
             self.now_ns,
         )
-        return self.command("set", operator=operator, order=Signed(encode(order)), boats=boats)
+        return self.command(
+            "set", operator=operator, order=self.sign("formation", encode(order), operator), boats=boats
+        )
 
     # -- strangers -------------------------------------------------------------------------------------------------
     def say_as(self, name: str, payload: bytes, to: Iterable[str] | None = None) -> None:
