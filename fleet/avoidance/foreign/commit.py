@@ -29,7 +29,7 @@ from fleet.avoidance.foreign.types import (
     Reason,
     Role,
 )
-from fleet.avoidance.foreign.watch import Picture
+from fleet.avoidance.foreign.watch import Picture, foreseen
 
 TICK_S = 1.0e-9
 
@@ -166,7 +166,10 @@ def act(
 ) -> Memory:
     """Begin to decide; a leader of many boats, whose look took long enough, goes on in the next tick."""
     afloat = tuple(Afloat(*(getattr(boat, name) for name in Afloat.__struct_fields__)) for boat in boats)
-    scene = Scene(afloat, picture.own, picture.domains, memory.encounters, tuple(mates), picture.edges, memory.ordered)
+    ahead = foreseen(boats[0], picture, params)
+    scene = Scene(
+        afloat, picture.own, picture.domains, memory.encounters, tuple(mates), picture.edges, memory.ordered, ahead
+    )
     memory = structs.replace(memory, search=begin(scene, target, cause, params))
     return memory if len(boats) > MOST_AT_ONCE else search_on(memory, params, now)
 

@@ -87,6 +87,7 @@ class Scene(Struct, frozen=True, gc=False):
     mates: tuple[Mate, ...]  # boats that decide for themselves
     edges: tuple[Edge, ...]  # of banks and no-go polygons within reach
     held: Action  # what is sailed now
+    foreseen: tuple[tuple[float, float], ...] = ()  # (number, side) of vessels that will be met, but not yet
 
 
 class Search(Struct, frozen=True, gc=False):
@@ -182,12 +183,20 @@ def _consequences(boats: Sequence[Afloat], scene: Scene, trials: Sequence[Trial]
     ways = stacked(_ways(boats, [each.action for each in trials], edges, horizon, params))
     met = [d for d in domains if any(e.number == d.number for e in encounters)]
     price = np.array([each.detour for each in trials]) * (free_after(ways, scene.own, met, params) / params.delay_s)
-    price = price + nearness(ways, boats[0], domains, encounters, scene.mates, params)
+    price = price + nearness(ways, boats[0], domains, _sides(scene, params), scene.mates, params)
     if edges:
         hit = ashore(ways.x[:-1], ways.y[:-1], ways.x[1:], ways.y[1:], edges, params.ashore_m)
         price = price + params.aground * hit.max(axis=0).max(axis=0)
     found: list[float] = price.tolist()
     return found
+
+
+def _sides(scene: Scene, params: ForeignParams) -> dict[float, tuple[float, float]]:
+    """(side, price of the other one) on which each vessel is to be left."""
+    sides = {number: (side, params.wrong_side) for number, side in scene.foreseen}
+    for e in scene.encounters:
+        sides[e.number] = e.side, params.wrong_side if e.kind in BY_STARBOARD else params.other_side
+    return sides
 
 
 def _ways(

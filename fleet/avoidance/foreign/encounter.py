@@ -65,7 +65,8 @@ def classify(own: Bearing, d: Domain, params: ForeignParams) -> tuple[float, flo
     miss = (px * wy - py * wx) / ops.maximum(ops.hypot(wx, wy), ALIKE_MPS)
     passing = 1.0 if miss > -params.overtaking_miss_m else -1.0
     if d.slow > 0.5:
-        return float(Kind.STATIC), passing
+        likely = _crosses_from_starboard(fo, ft, ee, own, d, px, py) and params.slow_mps < d.U
+        return float(Kind.STATIC), 1.0 if likely else passing
     if ft < -ABAFT and own.cruise > d.U * max(ee, 0.0):
         return float(Kind.OVERTAKING), passing
     if fo < -ABAFT and own.cruise < d.U:
@@ -75,6 +76,13 @@ def classify(own: Bearing, d: Domain, params: ForeignParams) -> tuple[float, flo
     if own.ex * py - own.ey * px >= 0.0:
         return float(Kind.CROSSING_GIVE_WAY), 1.0
     return float(Kind.CROSSING_STAND_ON), 0.0
+
+
+def _crosses_from_starboard(fo: float, ft: float, ee: float, own: Bearing, d: Domain, px: float, py: float) -> bool:
+    """Head-on or from starboard, by a course that may be wrong: a slow vessel is passed on the side that fits both."""
+    astern = (ft < -ABAFT and own.cruise > d.U * max(ee, 0.0)) or (fo < -ABAFT and own.cruise < d.U)
+    ahead = ee < -OPPOSITE and fo > AHEAD and ft > AHEAD
+    return not astern and (ahead or own.ex * py - own.ey * px >= 0.0)
 
 
 def look(
@@ -97,7 +105,7 @@ def look(
     elif _turned(before, d, params):
         kind, side = classify(own, d, params)
         g = d.guesses[0]
-        before = structs.replace(before, kind=kind, side=0.0 if boat_acts else side, ex=g.ex, ey=g.ey)
+        before = structs.replace(before, kind=kind, side=0.0 if before.acting > 0.5 else side, ex=g.ex, ey=g.ey)
     dt, g = params.period_s, d.guesses[0]
     px, py = d.x - own.x, d.y - own.y
     opening = px * (own.vx - g.vx) + py * (own.vy - g.vy) < 0.0
@@ -117,6 +125,8 @@ def _turned(before: Encounter, d: Domain, params: ForeignParams) -> bool:
     """Its course is another one than that at which it was classified, or it has got under way or stopped."""
     if d.slow > 0.5:
         return False
+    if before.kind == Kind.STATIC:
+        return True
     g = d.guesses[0]
     off = abs(ops.atan2(before.ex * g.ey - before.ey * g.ex, before.ex * g.ex + before.ey * g.ey))
     return off > params.turned_rad + 2.0 * d.sigma_v / d.U

@@ -12,7 +12,7 @@ from fleet.avoidance.foreign.domain import Domain, Guess, gap
 from fleet.avoidance.foreign.encounter import Bearing
 from fleet.avoidance.foreign.params import ForeignParams
 from fleet.avoidance.foreign.rollout import Way
-from fleet.avoidance.foreign.types import Afloat, Encounter, Mate
+from fleet.avoidance.foreign.types import Afloat, Mate
 from fleet.ops import FloatArray
 
 if TYPE_CHECKING:
@@ -71,13 +71,16 @@ def nearness(
     ways: Ways,
     boat: Afloat,
     domains: Sequence[Domain],
-    encounters: Sequence[Encounter],
+    sides: dict[float, tuple[float, float]],
     mates: Sequence[Mate],
     params: ForeignParams,
 ) -> FloatArray:
     """Price of the vessels and mates on every candidate; v is the worst over the boats and over the guesses.
 
-    100 max v + 30 sum v + 300 max v_half + 1000 max v_hull + 40 (number of wrong sides)
+    100 max v + 30 sum v + 300 max v_half + 1000 max v_hull + the wrong sides
+
+    Args:
+        sides: wanted of each vessel, by number, and what the other one costs
     """
     import numpy as np
 
@@ -85,21 +88,19 @@ def nearness(
     near = vessels(d for d in domains if _reachable(d, boat, float(ways.t[-1, 0, 0])))
     if near.domains:
         v_domain, v_half, v_hull, turn = _violations(ways, near, params)
-        side = {e.number: e.side for e in encounters}
         for number in dict.fromkeys(d.number for d in near.domains):
             rows = [i for i, d in enumerate(near.domains) if d.number == number]
             v = v_domain[rows].max(axis=0)
             worst, each = np.maximum(worst, v), each + v
-            wrong = wrong + np.where((side.get(number, 0.0) * turn[rows[0]] < 0.0).any(axis=0), 1.0, 0.0)
+            side, dear = sides.get(number, (0.0, 0.0))
+            wrong = wrong + np.where((side * turn[rows[0]] < 0.0).any(axis=0), dear, 0.0)
         half, hull = v_half.max(axis=0), v_hull.max(axis=0)
     if mates:
         v_mates, v_touch = _mates(ways, mates, params)
         for v in v_mates:
             worst, each = np.maximum(worst, v), each + v
         hull = np.maximum(hull, v_touch.max(axis=0))
-    price: FloatArray = (
-        params.worst * worst + params.each * each + params.half * half + params.hull * hull + params.wrong_side * wrong
-    )
+    price: FloatArray = params.worst * worst + params.each * each + params.half * half + params.hull * hull + wrong
     return price
 
 

@@ -69,7 +69,8 @@ class ForeignParams(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     hull: NotNegative = 1000.0
     half_radius: Share = 0.6  # of C
     hull_m: Positive = 3.2  # + half the other's beam
-    wrong_side: NotNegative = 40.0
+    wrong_side: NotNegative = 40.0  # where rule 14 or 15 asks for a side
+    other_side: NotNegative = 10.0  # where either is right: not the one on which it would pass anyhow
     port_turn: NotNegative = 20.0  # forbidden by rules 14, 15, 17 c
     change: NotNegative = 0.3  # of |change of course| / pi while acting
     change_speed: NotNegative = 0.2

@@ -9,7 +9,7 @@ from msgspec import Struct, structs
 from fleet import ops
 from fleet.avoidance.foreign.banks import within
 from fleet.avoidance.foreign.domain import Domain, domain
-from fleet.avoidance.foreign.encounter import Bearing, bearing, look
+from fleet.avoidance.foreign.encounter import BY_STARBOARD, Bearing, bearing, classify, look
 from fleet.avoidance.foreign.memory import Memory
 from fleet.avoidance.foreign.params import ForeignParams
 from fleet.avoidance.foreign.rollout import (
@@ -18,6 +18,7 @@ from fleet.avoidance.foreign.rollout import (
     time_back,
 )
 from fleet.avoidance.foreign.types import (
+    NEVER_S,
     Boat,
     Edge,
     Encounter,
@@ -76,6 +77,24 @@ def look_around(
     reach = max((d.H for d in domains), default=0.0) * lead.limits.speed_max_mps + 2.0 * extent
     near = within(edges, lead.x, lead.y, reach) if encounters or acts else ()
     return Picture(own, domains, encounters, near), memory
+
+
+def foreseen(boat: Boat, picture: Picture, params: ForeignParams) -> tuple[tuple[float, float], ...]:
+    """(number, side) of the vessels that the path meets later than they are looked at, but before all is over.
+
+    A vessel for which rule 14 or 15 will ask for a side counts with that side as soon as something is decided.
+    """
+    met = {e.number for e in picture.encounters}
+    later = [d for d in picture.domains if d.number not in met]
+    if not later:
+        return ()
+    horizon = max(d.H for d in picture.domains) + time_back(boat, params)
+    way, found = following(boat, horizon, params), []
+    for d in later:
+        kind, side = classify(picture.own, d, params)
+        if kind in BY_STARBOARD and entry(way, d, horizon, params.acting_factor, 1.0, 0.0) < NEVER_S:
+            found.append((d.number, side))
+    return tuple(found)
 
 
 def _next_look(due_s: float, now: float, params: ForeignParams) -> float:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from msgspec import Struct, structs
+from collections.abc import Sequence
+
+from msgspec import Struct
 
 from fleet.avoidance.foreign import Order
 from fleet.sim.batch.draws import more, uniform
+from fleet.sim.batch.hearing import Message
 
 DT_S = 0.1
-LINK_S = 3.0  # a boat that has not been heard for so long is lost
 UNEVEN = 0.5  # a message comes within this share of the delay, sooner or later
 DOUBLED, AGAIN_S = 0.05, 1.0  # so many come a second time, up to so much later
 WORD = 9_000  # first purpose of draws
@@ -26,70 +28,51 @@ class Radio(Struct, frozen=True, kw_only=True):
         return self.delay_s == 0.0 and self.loss == 0.0
 
 
-class State(Struct, frozen=True, gc=False):
-    """A boat's message of a tick; the leader's carries its order, repeated every time."""
+class Words(Struct, frozen=True, gc=False):
+    """A boat's message of a tick; that of a boat that decides carries its order, repeated every time."""
 
     t: float  # when it was said [s]
     boat: int
-    x: float
-    y: float
-    vx: float
-    vy: float
-    chi: float
-    U: float
-    r: float
-    s: float  # abscissa [m]
+    told: Message[float]
+    psi: float  # heading [rad]
+    r: float  # yaw rate [rad/s]
+    e: float  # along-path error [m]
+    alone: bool  # it decides for itself
     order: Order | None
 
 
 class Said:
     """The messages of one scenario on their way, and what everybody heard last from whom."""
 
-    def __init__(self, radio: Radio, boats: int, seed: int, case: int) -> None:
-        self._radio, self._boats = radio, boats
+    def __init__(self, radio: Radio, first: Sequence[Words], seed: int, case: int) -> None:
+        """`first` is what everybody knows of each boat at the start."""
+        self._radio, self._boats = radio, len(first)
         self._h = more(more(more(0, seed), case), WORD)
-        self._air: list[tuple[int, int, State]] = []  # tick at which it comes, to whom, what
-        self._last: list[dict[int, State]] = [{} for _ in range(boats)]
+        self._air: list[tuple[int, int, Words]] = []  # tick at which it comes, to whom, what
+        self._last = [{words.boat: words for words in first if words.boat != i} for i in range(len(first))]
 
-    def say(self, k: int, state: State) -> None:
+    def say(self, k: int, words: Words) -> None:
         """A boat tells all others."""
         for to in range(self._boats):
-            if to == state.boat:
+            if to == words.boat:
                 continue
             if self._radio.perfect:
-                self._last[to][state.boat] = state
+                self._last[to][words.boat] = words
                 continue
-            h = more(more(more(self._h, k), state.boat), to)
+            h = more(more(more(self._h, k), words.boat), to)
             late = self._radio.delay_s * (1.0 - UNEVEN + 2.0 * UNEVEN * uniform(more(h, 1)))
             if uniform(more(h, 2)) >= self._radio.loss:
-                self._air.append((k + round(late / DT_S), to, state))
+                self._air.append((k + round(late / DT_S), to, words))
             if uniform(more(h, 3)) < DOUBLED and uniform(more(h, 4)) >= self._radio.loss:
-                self._air.append((k + round((late + AGAIN_S * uniform(more(h, 5))) / DT_S), to, state))
+                self._air.append((k + round((late + AGAIN_S * uniform(more(h, 5))) / DT_S), to, words))
 
-    def heard(self, k: int, to: int) -> list[State]:
-        """What a boat knows of the others at tick k, moved on to now; the newest message counts, whenever it comes."""
+    def heard(self, k: int, to: int) -> dict[int, Words]:
+        """What a boat knows of the others at tick k; the newest message counts, whenever it comes."""
         left = []
-        for due, whom, state in self._air:
+        for due, whom, words in self._air:
             if due > k:
-                left.append((due, whom, state))
-            elif state.t > self._newest(whom, state.boat):
-                self._last[whom][state.boat] = state
+                left.append((due, whom, words))
+            elif words.t > self._last[whom][words.boat].t:
+                self._last[whom][words.boat] = words
         self._air = left
-        return self.known(to, k * DT_S)
-
-    def known(self, to: int, now: float) -> list[State]:
-        """The same, without taking in what has come since."""
-        return [_moved(one, now) for _, one in sorted(self._last[to].items()) if now - one.t <= LINK_S]
-
-    def _newest(self, whom: int, boat: int) -> float:
-        """When the message was said that a boat has last of another [s]."""
-        known = self._last[whom].get(boat)
-        return -1.0 if known is None else known.t
-
-
-def _moved(one: State, now: float) -> State:
-    """As it went on: straight on for the age of the message, at its speed along its path."""
-    age = now - one.t
-    if age <= 0.0:
-        return one
-    return structs.replace(one, x=one.x + age * one.vx, y=one.y + age * one.vy, s=one.s + age * one.U)
+        return self._last[to]

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from fleet.sim.batch import ships_cases
 from fleet.sim.batch.ships import ShipCase
-from fleet.sim.batch.ships_results import run_suite
+from fleet.sim.batch.ships_judge import run_suite
 
 SUITES: dict[str, Callable[[int, int], Iterator[ShipCase]]] = {
     "two": ships_cases.two,

@@ -11,10 +11,11 @@ import numpy as np
 from fleet.avoidance.foreign import Edge
 from fleet.ops import FloatArray
 from fleet.paths import PathPoint
-from fleet.sim.batch.ships import Bend, Ship, ShipCase, sail
+from fleet.sim.batch.ships import Bend, Ship, ShipCase
 from fleet.sim.batch.ships_cases import IMAZU, NEAR_EQUAL_MPS, SLOW_AHEAD, c0
+from fleet.sim.batch.ships_judge import judge
 from fleet.sim.batch.ships_radio import Radio
-from fleet.sim.batch.ships_results import judge
+from fleet.sim.batch.ships_sail import sail
 from fleet.sim.sweep.distributions import Draw, Drawn, Spread, radians, support
 from fleet.sim.sweep.model import Imazu, Spec, Vessels
 from fleet.sim.sweep.ships_results import ShipResults, gathered

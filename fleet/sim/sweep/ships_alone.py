@@ -9,8 +9,10 @@ from typing import Any
 from msgspec import Struct, structs
 
 from fleet.avoidance.foreign import Kind, Reason
-from fleet.sim.batch.ships import Decided, ShipCase, Voyage, sail
-from fleet.sim.batch.ships_results import Outcome, judge
+from fleet.sim.batch.ships import Decided, ShipCase, Voyage
+from fleet.sim.batch.ships_judge import judge
+from fleet.sim.batch.ships_results import Outcome
+from fleet.sim.batch.ships_sail import sail
 from fleet.sim.sweep.family import Family, case_name
 from fleet.sim.sweep.ships_results import ShipResults, figures, gathered, reasons
 

@@ -11,8 +11,8 @@ import numpy as np
 from fleet.analysis.canvas import ALARM, COLOURS, FAINT, INK, STYLES, canvas
 from fleet.ops import FloatArray
 from fleet.sim.batch.ships import ShipCase, Voyage
+from fleet.sim.batch.ships_measures import domain_share, hull_distance
 from fleet.sim.batch.ships_radio import DT_S
-from fleet.sim.batch.ships_results import domain_share, hull_distance
 from fleet.sim.sweep.ships_results import LOST_DOMAIN, ShipResults
 
 BINS = 40

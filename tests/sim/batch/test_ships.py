@@ -9,9 +9,11 @@ import pytest
 from msgspec import structs
 
 from fleet.avoidance.foreign import Kind
-from fleet.sim.batch.ships import Decided, Ship, ShipCase, Voyage, believed_length, reports, sail, ship_track
+from fleet.sim.batch.ships import Decided, Ship, ShipCase, Voyage, ship_track
 from fleet.sim.batch.ships_cases import IMAZU, c0, channel, formation, imazu, several, stopped, sudden, two
-from fleet.sim.batch.ships_results import judge, run_suite
+from fleet.sim.batch.ships_judge import judge, run_suite
+from fleet.sim.batch.ships_sail import sail
+from fleet.sim.batch.ships_sensors import believed_length, reports
 
 HEAD_ON = ShipCase(
     suite="by hand",

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from fleet.cli.main import app
 from fleet.sim.batch.ships import ShipCase, ship_track
 from fleet.sim.batch.ships_cases import IMAZU, c0
-from fleet.sim.batch.ships_results import judge
+from fleet.sim.batch.ships_judge import judge
 from fleet.sim.sweep.checks import CHECKS
 from fleet.sim.sweep.family import load, loads, ready
 from fleet.sim.sweep.parts import Part, joined, pack, parts_of, sail, unpack
