@@ -46,6 +46,8 @@ def bend(x: R, y: R, cx: R, cy: R, u: R, r_max: R, edges: Sequence[Edge], params
         dx, dy, d = _nearest(x, y, edge)
         nearer = d < least
         least, nx, ny = ops.where(nearer, d, least), ops.where(nearer, dx, nx), ops.where(nearer, dy, ny)
+    if not ops.some(least < params.bank_m + params.bank_s * u + u / r_max):
+        return Bent(cx, cy, ops.zero(x), ops.full(x, 1.0))
     per = 1.0 / ops.maximum(least, BLUNT_M)
     nx, ny = nx * per, ny * per
     along = cy * nx - cx * ny  # of the tangent (-ny, nx)

@@ -6,30 +6,22 @@ from collections.abc import Sequence
 
 from msgspec import Struct, structs
 
-from fleet.avoidance.foreign.decision import MOST_AT_ONCE, Scene, begin, chosen, go_on, speed
+from fleet.avoidance.foreign.decision import MOST_AT_ONCE, Scene, begin, chosen, go_on
 from fleet.avoidance.foreign.encounter import due, earliest, reason, role, watched
 from fleet.avoidance.foreign.memory import Memory
 from fleet.avoidance.foreign.params import ForeignParams
-from fleet.avoidance.foreign.rollout import (
-    Way,
-    entry,
-    holding,
-    left_to_turn,
-    motion,
-)
 from fleet.avoidance.foreign.types import (
     FOLLOW_PATH,
     NEVER_S,
     Action,
     Afloat,
     Boat,
-    Edge,
     Encounter,
     Mate,
     Reason,
     Role,
 )
-from fleet.avoidance.foreign.watch import Picture, foreseen
+from fleet.avoidance.foreign.watch import Picture, beside_path, foreseen
 
 TICK_S = 1.0e-9
 
@@ -55,7 +47,7 @@ def decide(
     memory = structs.replace(memory, free_s=memory.free_s + params.period_s if free else 0.0)
     if memory.free_s >= params.clear_s:
         return _resume(boats, memory, params, now)
-    memory = _alongside(boats, picture, memory, params)
+    memory = _alongside(picture, memory, params)
     if memory.beside_s >= params.beside_s:
         return _go_on_beside(boats, picture, memory, params, now)
     first = earliest([e for e in memory.encounters if e.number in numbers])
@@ -63,7 +55,7 @@ def decide(
         return act(boats, mates, picture, memory, first.number, Reason.PASSED, params, now)
     if first is not None and now - memory.decided_s >= params.review_s:
         return act(boats, mates, picture, memory, first.number, Reason.REVIEW, params, now)
-    failure = _fails(boats, picture, memory, new, params, now)
+    failure = _fails(picture, memory, new, now)
     if failure is None:
         return structs.replace(memory, bad_s=0.0)
     if failure.number >= 0.0:
@@ -84,26 +76,18 @@ class Failure(Struct, frozen=True, gc=False):
     cause: Reason
 
 
-def _fails(
-    boats: Sequence[Boat],
-    picture: Picture,
-    memory: Memory,
-    new: Sequence[Encounter],
-    params: ForeignParams,
-    now: float,
-) -> Failure | None:
+def _fails(picture: Picture, memory: Memory, new: Sequence[Encounter], now: float) -> Failure | None:
     """What the held action fails on: nearer than 0.85 C, growth halved, within T_gw (T_so where we stand on)."""
-    action = memory.ordered
-    if now + TICK_S < action.at:
+    if now + TICK_S < memory.ordered.at:
         return None
-    horizon = max((d.T_gw for d in picture.domains), default=0.0)
-    ways = [_held(boat, action, memory.turning, picture.edges, horizon, params) for boat in boats]
     fresh = {e.number for e in new}
     passive = {e.number for e in picture.encounters if e.acting < 0.5 and role(e.kind) == Role.STAND_ON}
+    held = dict(picture.held)
     worst: Failure | None = None
     for d in picture.domains:
-        until = d.T_so if d.number in passive else d.T_gw
-        t = min(entry(way, d, until, params.held_factor, 0.5, params.opening_s) for way in ways)
+        t = held.get(d.number, NEVER_S)
+        if d.number in passive and t >= d.T_so:
+            continue
         if t < NEVER_S and (worst is None or t < worst.entry):
             worst = Failure(d.number, t, Reason.NEW_TARGET if d.number in fresh else Reason.HELD_FAILS)
     if worst is None and memory.banked > 0.5:
@@ -111,38 +95,15 @@ def _fails(
     return worst
 
 
-def _held(
-    boat: Boat, action: Action, turning: float, edges: Sequence[Edge], horizon: float, params: ForeignParams
-) -> Way[float]:
-    """The way of a boat that goes on with the action."""
-    left = left_to_turn(boat.chi, action.cx, action.cy, action.sense if turning > 0.5 else 0.0)
-    u_d = speed(boat, action.factor)
-    return holding(motion(boat), left, action.cx, action.cy, u_d, edges, horizon, params)
-
-
-def _alongside(boats: Sequence[Boat], picture: Picture, memory: Memory, params: ForeignParams) -> Memory:
+def _alongside(picture: Picture, memory: Memory, params: ForeignParams) -> Memory:
     """Count how long the course of the path has been clear beside the path, while the path itself is not."""
-    if memory.ordered.a == 0.0 or memory.ordered.at > memory.due_s:
-        return structs.replace(memory, beside_s=0.0)
-    beside = _beside(picture)
-    horizon = max(d.H for d in picture.domains)
-    ways = [_held(boat, beside, 0.0, picture.edges, horizon, params) for boat in boats]
-    clear = all(
-        entry(way, d, d.H, params.acting_factor, 1.0, params.opening_s) >= NEVER_S
-        for way in ways
-        for d in picture.domains
-    )
-    return structs.replace(memory, beside_s=memory.beside_s + params.period_s if clear else 0.0)
-
-
-def _beside(picture: Picture) -> Action:
-    """Course of the path at cruise speed, beside it."""
-    return Action(1.0, 0.0, 1.0, picture.own.ex, picture.own.ey, 0.0, 0.0)
+    counts = memory.ordered.a != 0.0 and memory.ordered.at <= memory.due_s and picture.beside
+    return structs.replace(memory, beside_s=memory.beside_s + params.period_s if counts else 0.0)
 
 
 def _go_on_beside(boats: Sequence[Boat], picture: Picture, memory: Memory, params: ForeignParams, now: float) -> Memory:
     """Far enough to the side: pass on the course of the path instead of leaving it ever farther."""
-    return _ordered(boats, _beside(picture), memory, memory.target, Reason.BESIDE, params, now)
+    return _ordered(boats, beside_path(picture.own), memory, memory.target, Reason.BESIDE, params, now)
 
 
 def latch(memory: Memory, new: Sequence[Encounter]) -> Memory:

@@ -23,9 +23,8 @@ from fleet.avoidance.foreign.rollout import Motion, Way, holding, left_to_turn, 
 from fleet.avoidance.foreign.types import Action, Afloat, Edge, Encounter, Kind, Mate, Reason
 from fleet.ops import FloatArray
 
-AT_ONCE, LEAST_AT_ONCE = 64, 16  # ways that are worked out together
-WORK = 400  # ways times guesses of the vessels in one tick
-BANK_WEIGHT = 5  # a way beside banks costs so many others
+AT_ONCE, LEAST_AT_ONCE = 64, 12  # ways that are worked out together
+WORK, BANK_WORK = 160, 60  # ways times guesses of the vessels in one tick; less beside banks, where ways take longer
 MOST_AT_ONCE = 2  # more boats than that: the outermost first
 FASTER = 1.05  # an emergency speed that is not this much faster is none
 _DEG = ops.PI / 180.0
@@ -117,17 +116,18 @@ def go_on(search: Search, params: ForeignParams) -> Search:
     scene, known = search.scene, search.known
     crews = _crews(scene.boats)
     guesses = max(sum(len(d.guesses) for d in scene.domains), 1)
-    weight = guesses * (BANK_WEIGHT if scene.edges else 1)
-    left = WORK
+    work = BANK_WORK if scene.edges else WORK
+    left = work
     while known[0][2] < len(crews) and left > 0:
         level = known[0][2]
         crew = crews[level]
-        ways = min(max(WORK // weight, LEAST_AT_ONCE), AT_ONCE)
+        ways = min(max(work // guesses, LEAST_AT_ONCE), AT_ONCE)
         some = [one for one in known if one[2] == level][: max(ways // len(crew), 1)]
         found = _consequences(crew, scene, [search.trials[i] for _, i, _ in some], params)
         more = [(search.trials[i].price + extra, i, level + 1) for extra, (_, i, _) in zip(found, some, strict=True)]
         known = tuple(sorted([*(one for one in known if one not in some), *more]))
-        left -= max(len(some) * len(crew) * weight, WORK // 2)  # little work takes its time, too
+        least = work if scene.edges else work // 2  # little work takes its time, too
+        left -= max(len(some) * len(crew) * guesses, least)
     return structs.replace(search, known=known)
 
 

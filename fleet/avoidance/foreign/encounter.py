@@ -85,15 +85,12 @@ def _crosses_from_starboard(fo: float, ft: float, ee: float, own: Bearing, d: Do
     return not astern and (ahead or own.ex * py - own.ey * px >= 0.0)
 
 
-def look(
-    before: Encounter | None, own: Bearing, d: Domain, entry: float, boat_acts: bool, params: ForeignParams
-) -> Encounter | None:
+def look(before: Encounter | None, own: Bearing, d: Domain, entry: float, params: ForeignParams) -> Encounter | None:
     """The encounter after one more look, `params.period_s` after the last one; None while there is none.
 
     Args:
         before: as it was, None for a vessel without risk so far
         entry: earliest entry into its domain on the paths, NEVER_S none [s]
-        boat_acts: we do not follow our path now
     """
     risk = entry < NEVER_S
     if before is None:

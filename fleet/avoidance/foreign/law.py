@@ -22,7 +22,7 @@ from fleet.avoidance.foreign.types import (
     Reason,
     TargetLike,
 )
-from fleet.avoidance.foreign.watch import look_around
+from fleet.avoidance.foreign.watch import look_on
 
 START = Memory(
     encounters=(),
@@ -41,6 +41,7 @@ START = Memory(
     waited_s=0.0,
     alone=0.0,
     search=None,
+    glance=None,
 )
 """Memory of a boat that has met nobody."""
 
@@ -56,8 +57,8 @@ def keep_clear(
 ) -> tuple[Memory, Advice]:
     """Keep clear of foreign vessels: for one boat, or by a leader for its whole formation.
 
-    To be called every tick. It looks around every 0.5 s and works out a decision in the tick in which it is due, a
-    large one (many boats, vessels or banks) in a few ticks from then on.
+    To be called every tick. It looks around every 0.5 s and works out a decision in the tick in which it is due. A
+    look at many boats, and a large decision (many boats, vessels or banks), goes on over a few ticks.
 
     Args:
         boats: the own boat first, then the mates that sail the same decision (leader of a formation), else it alone
@@ -73,9 +74,10 @@ def keep_clear(
     before, memory = memory.serial, begin_sailing(memory, now)
     if memory.search is not None:
         memory = search_on(memory, params, now)
-    elif now + TICK_S >= memory.due_s:
-        picture, memory = look_around(boats, targets, edges, memory, params, now)
-        memory = decide(boats, mates, picture, memory, params, now)
+    elif memory.glance is not None or now + TICK_S >= memory.due_s:
+        picture, memory = look_on(boats, targets, edges, memory, params, now)
+        if picture is not None:
+            memory = decide(boats, mates, picture, memory, params, now)
     decided = 1.0 if memory.serial != before else 0.0
     memory = begin_sailing(memory, now)
     return advise(boats[0], targets, edges, memory, params, decided)
@@ -116,7 +118,8 @@ def sail_order(
         )  # fmt: skip
     memory = begin_sailing(memory, now)
     if now + TICK_S >= memory.due_s:
-        picture, memory = look_around((boat,), targets, edges, memory, params, now)
+        picture, memory = look_on((boat,), targets, edges, memory, params, now, decides=False)
+        assert picture is not None  # one boat is looked at in one tick
         sail_on = memory.ordered.acting > 0.5
         late = any(e.entry < d.T_so for e in picture.encounters for d in picture.domains if d.number == e.number)
         waited = memory.waited_s + params.period_s if late and not sail_on else 0.0

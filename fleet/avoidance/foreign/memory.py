@@ -8,6 +8,23 @@ from fleet.avoidance.foreign.decision import Search
 from fleet.avoidance.foreign.types import Action, Encounter
 
 
+class Sighted(Struct, frozen=True, gc=False):
+    """When boats that have been looked at enter a vessel's domain, on the law's clock; NEVER_S not at all."""
+
+    number: float
+    entry: float  # on the paths [s]
+    held: float  # on the alteration that is held [s]
+
+
+class Glance(Struct, frozen=True, gc=False):
+    """A look that goes on in the next tick: some boats have been looked at."""
+
+    boats: float  # how many there are
+    done: float  # how many of them have been looked at
+    beside: float  # 1 the path's course is clear beside the path, for all of them so far
+    seen: tuple[Sighted, ...]
+
+
 class Memory(Struct, frozen=True, gc=False):
     """What a boat remembers from tick to tick."""
 
@@ -27,3 +44,4 @@ class Memory(Struct, frozen=True, gc=False):
     waited_s: float  # seconds a follower has seen the need to act without an order
     alone: float  # 1 a follower that decided for itself, until it resumes
     search: Search | None  # a decision that goes on in the next tick
+    glance: Glance | None  # a look that goes on in the next tick

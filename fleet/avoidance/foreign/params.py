@@ -54,7 +54,7 @@ class ForeignParams(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     held_factor: Positive = 0.85
     held_bad_s: Positive = 1.0
     held_least_s: Positive = 5.0
-    held_urgent_s: Positive = 2.0
+    held_urgent_s: Positive = 4.0
 
     # prices
     turn: NotNegative = 2.0  # of (|a| / 180 deg)^2, |a| at most 200 deg

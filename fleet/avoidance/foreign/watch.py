@@ -1,4 +1,7 @@
-"""One look around: every vessel's domain, when the paths enter it, and the encounters after that."""
+"""One look around: every vessel's domain, when the paths enter it, and the encounters after that.
+
+A look at many boats goes on over some ticks, a few boats in each.
+"""
 
 from __future__ import annotations
 
@@ -8,22 +11,32 @@ from msgspec import Struct, structs
 
 from fleet import ops
 from fleet.avoidance.foreign.banks import within
+from fleet.avoidance.foreign.decision import speed
 from fleet.avoidance.foreign.domain import Domain, domain
 from fleet.avoidance.foreign.encounter import BY_STARBOARD, Bearing, bearing, classify, look
-from fleet.avoidance.foreign.memory import Memory
+from fleet.avoidance.foreign.memory import Glance, Memory, Sighted
 from fleet.avoidance.foreign.params import ForeignParams
 from fleet.avoidance.foreign.rollout import (
+    Way,
     entry,
     following,
+    holding,
+    left_to_turn,
+    motion,
     time_back,
 )
 from fleet.avoidance.foreign.types import (
+    FOLLOW_PATH,
     NEVER_S,
+    Action,
     Boat,
     Edge,
     Encounter,
     TargetLike,
 )
+
+LOOK_WORK = 100.0  # of a tick; 1 is the entry of one way into one domain, about 0.05 ms
+FOLLOWING, HOLDING, BESIDE_BANKS = 5.0, 3.0, 15.0  # the work of one way
 
 
 class Picture(Struct, frozen=True, gc=False):
@@ -33,17 +46,26 @@ class Picture(Struct, frozen=True, gc=False):
     domains: tuple[Domain, ...]
     encounters: tuple[Encounter, ...]
     edges: tuple[Edge, ...]
+    held: tuple[tuple[float, float], ...]  # (number, entry on the alteration that is held)
+    beside: bool  # the path's course is clear beside the path
 
 
-def look_around(
+def look_on(
     boats: Sequence[Boat],
     targets: Sequence[TargetLike],
     edges: Sequence[Edge],
     memory: Memory,
     params: ForeignParams,
     now: float,
-) -> tuple[Picture, Memory]:
-    """Everything around, and the encounters after it."""
+    decides: bool = True,
+) -> tuple[Picture | None, Memory]:
+    """Look at as many boats as one tick has time for, counted in ways and vessels; the picture once all are done.
+
+    Each boat is looked at as it is in its own tick. With the picture come the encounters after it.
+
+    Args:
+        decides: what is held is looked at, too
+    """
     lead = boats[0]
     own, extent = bearing(lead), _extent(boats)
     domains = tuple(
@@ -52,31 +74,111 @@ def look_around(
         if target.usable > 0.5
     )
     acts = memory.ordered.acting > 0.5
-    encounters = memory.encounters
-    if domains:
-        back = max(time_back(boat, params) for boat in boats)
-        horizon = max(d.H for d in domains) + back
-        ways = [following(boat, horizon, params) for boat in boats]
-        before = {e.number: e for e in encounters}
-        factor = params.acting_factor if acts else 1.0
-        looked = (
-            look(
-                before.get(d.number),
-                own,
-                d,
-                min(entry(way, d, d.H + back, factor, 1.0, 0.0) for way in ways),
-                acts,
-                params,
-            )
-            for d in domains
-        )
-        encounters = tuple(e for e in looked if e is not None)
-    else:
-        encounters = ()
-    memory = structs.replace(memory, encounters=encounters, due_s=_next_look(memory.due_s, now, params))
     reach = max((d.H for d in domains), default=0.0) * lead.limits.speed_max_mps + 2.0 * extent
-    near = within(edges, lead.x, lead.y, reach) if encounters or acts else ()
-    return Picture(own, domains, encounters, near), memory
+    near = within(edges, lead.x, lead.y, reach) if domains or acts else ()
+    glance = memory.glance
+    if glance is None or glance.boats != len(boats):
+        seen = tuple(Sighted(d.number, NEVER_S, NEVER_S) for d in domains)
+        glance = Glance(float(len(boats)), 0.0, 1.0, seen)
+        memory = structs.replace(memory, due_s=_next_look(memory.due_s, now, params))
+    if domains:
+        back, left = max(time_back(boat, params) for boat in boats), LOOK_WORK
+        held_on = memory.ordered if decides else FOLLOW_PATH
+        while glance.done < glance.boats and left > 0.0:
+            boat = boats[int(glance.done)]
+            glance = _looked(glance, boat, own, domains, near, back, held_on, memory.turning, params, now)
+            left -= _work(len(domains), held_on, near)
+        if glance.done < glance.boats:
+            return None, structs.replace(memory, glance=glance)
+    encounters = _encounters(glance, own, domains, memory.encounters, params, now)
+    held = tuple((one.number, ops.maximum(one.held - now, 0.0)) for one in glance.seen if one.held < NEVER_S)
+    memory = structs.replace(memory, encounters=encounters, glance=None)
+    return Picture(own, domains, encounters, near if encounters or acts else (), held, glance.beside > 0.5), memory
+
+
+def _work(vessels: int, held: Action, edges: Sequence[Edge]) -> float:
+    """What it takes to look at one boat."""
+    ways = (2.0 if held.a != 0.0 else 1.0) if held.acting > 0.5 else 0.0
+    return FOLLOWING + ways * (BESIDE_BANKS if edges else HOLDING) + (1.0 + ways) * vessels
+
+
+def _looked(
+    glance: Glance,
+    boat: Boat,
+    own: Bearing,
+    domains: Sequence[Domain],
+    edges: Sequence[Edge],
+    back: float,
+    action: Action,
+    turning: float,
+    params: ForeignParams,
+    now: float,
+) -> Glance:
+    """One more boat has been looked at."""
+    acts = action.acting > 0.5
+    factor = params.acting_factor if acts else 1.0
+    path = following(boat, max(d.H for d in domains) + back, params)
+    on_it = holding_on(boat, action, turning, edges, max(d.T_gw for d in domains), params) if acts else None
+    by_number = {d.number: d for d in domains}
+    seen = []
+    for one in glance.seen:
+        d = by_number.get(one.number)
+        if d is None:
+            continue
+        t = entry(path, d, d.H + back, factor, 1.0, 0.0)
+        held = NEVER_S
+        if on_it is not None:
+            held = entry(on_it, d, d.T_gw, params.held_factor, 0.5, params.opening_s)
+        seen.append(Sighted(one.number, _earlier(one.entry, t, now), _earlier(one.held, held, now)))
+    beside = glance.beside > 0.5 and acts and action.a != 0.0
+    if beside:
+        way = holding_on(boat, beside_path(own), 0.0, edges, max(d.H for d in domains), params)
+        beside = all(entry(way, d, d.H, params.acting_factor, 1.0, params.opening_s) >= NEVER_S for d in domains)
+    return Glance(glance.boats, glance.done + 1.0, 1.0 if beside else 0.0, tuple(seen))
+
+
+def _earlier(at: float, t: float, now: float) -> float:
+    """The earlier of a moment and of t seconds from now."""
+    return at if t >= NEVER_S else min(at, now + t)
+
+
+def _encounters(
+    glance: Glance,
+    own: Bearing,
+    domains: Sequence[Domain],
+    known: Sequence[Encounter],
+    params: ForeignParams,
+    now: float,
+) -> tuple[Encounter, ...]:
+    """The encounters after the look."""
+    before = {e.number: e for e in known}
+    by_number = {d.number: d for d in domains}
+    looked = (
+        look(
+            before.get(one.number),
+            own,
+            by_number[one.number],
+            NEVER_S if one.entry >= NEVER_S else max(one.entry - now, 0.0),
+            params,
+        )
+        for one in glance.seen
+        if one.number in by_number
+    )
+    return tuple(e for e in looked if e is not None)
+
+
+def holding_on(
+    boat: Boat, action: Action, turning: float, edges: Sequence[Edge], horizon: float, params: ForeignParams
+) -> Way[float]:
+    """The way of a boat that goes on with an action."""
+    left = left_to_turn(boat.chi, action.cx, action.cy, action.sense if turning > 0.5 else 0.0)
+    u_d = speed(boat, action.factor)
+    return holding(motion(boat), left, action.cx, action.cy, u_d, edges, horizon, params)
+
+
+def beside_path(own: Bearing) -> Action:
+    """Course of the path at cruise speed, beside it."""
+    return Action(1.0, 0.0, 1.0, own.ex, own.ey, 0.0, 0.0)
 
 
 def foreseen(boat: Boat, picture: Picture, params: ForeignParams) -> tuple[tuple[float, float], ...]:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import pytest
 from msgspec import structs
 
-from fleet.avoidance.foreign import FOLLOW_PATH, Action, Boat, Edge, Encounter, Reason, nearness
+from fleet.avoidance.foreign import FOLLOW_PATH, Action, Boat, Edge, Encounter, Kind, Reason, nearness
 from fleet.avoidance.foreign import decision as decisions
 from fleet.avoidance.foreign.decision import Scene, begin, candidates, choose, go_on, outermost
 from fleet.avoidance.foreign.domain import domain, gap
@@ -32,7 +32,7 @@ def scene(
     way = following(boats[0], 200.0, P)
     met: list[Encounter] = []
     for d in domains:
-        found = look(None, own, d, entry_of(way, d, d.H, 1.0, 1.0, 0.0), False, P)
+        found = look(None, own, d, entry_of(way, d, d.H, 1.0, 1.0, 0.0), P)
         if found is not None:
             met.append(structs.replace(found, acting=acting))
     return Scene(tuple(boats), own, tuple(domains), tuple(met), (), tuple(edges), held)
@@ -163,3 +163,14 @@ def test_with_no_way_out_the_least_bad_one_is_taken() -> None:
     action = chosen(ring)
     assert action.acting == 1.0
     assert chosen(ring) == action
+
+
+def test_no_domain_is_given_up_for_a_side_that_no_rule_asks_for() -> None:
+    """Rules 14 and 15 ask for one; a tenth of the domain is worth more than any other side."""
+    sides = {}
+    for kind in (Kind.OVERTAKEN, Kind.HEAD_ON):
+        given = scene([target(100.0, 0.0, 180.0, 1.0)])
+        met = tuple(structs.replace(e, kind=float(kind), side=-1.0) for e in given.encounters)
+        sides[kind] = decisions._sides(structs.replace(given, encounters=met), P)[1.0]
+    assert sides == {Kind.OVERTAKEN: (-1.0, P.other_side), Kind.HEAD_ON: (-1.0, P.wrong_side)}
+    assert P.other_side < 0.1 * (P.worst + P.each) < P.wrong_side

@@ -67,7 +67,7 @@ def looks(t: Target, entries: list[float], before: Encounter | None = None) -> l
     found = []
     d = domain(t, 1.0, 0.0, P)
     for entry in entries:
-        before = look(before, OWN, d, entry, False, P)
+        before = look(before, OWN, d, entry, P)
         found.append(before)
     return found
 
@@ -117,6 +117,25 @@ def test_a_vessel_that_turns_is_classified_again() -> None:
     assert steady is not None
     assert turned is not None
     assert (met.ex, met.ey) == (steady.ex, steady.ey) != (turned.ex, turned.ey)
-    behind = look(met, OWN, domain(target(-100.0, 10.0, 0.0, 3.0), 1.0, 0.0, P), 50.0, True, P)
-    assert behind is not None
-    assert (behind.kind, behind.side) == (Kind.OVERTAKEN, 0.0)
+    for acting, side in ((0.0, 1.0), (1.0, 0.0)):  # in the middle of an action for it no side is asked of the boat
+        before = structs.replace(met, acting=acting)
+        behind = look(before, OWN, domain(target(-100.0, 10.0, 0.0, 3.0), 1.0, 0.0, P), 50.0, P)
+        assert behind is not None
+        assert (behind.kind, behind.side) == (Kind.OVERTAKEN, side)
+
+
+def test_a_lying_vessel_that_gets_under_way_is_classified_again() -> None:
+    (lying,) = looks(target(100.0, 5.0, 180.0, 0.1), [50.0])
+    assert lying is not None
+    assert lying.kind == Kind.STATIC
+    (under_way,) = looks(target(100.0, 5.0, 180.0, 1.0), [50.0], lying)
+    assert under_way is not None
+    assert (under_way.kind, under_way.side) == (Kind.HEAD_ON, 1.0)
+
+
+@pytest.mark.parametrize(("speed", "side"), [(0.4, 1.0), (0.2, -1.0)])
+def test_a_slow_vessel_that_seems_to_come_from_starboard_is_left_to_port(speed: float, side: float) -> None:
+    """It would be passed to port of it, by a few metres; its course is uncertain."""
+    unsure = structs.replace(target(100.0, 20.0, -120.0, speed), P22=0.09)
+    found = classify(OWN, domain(unsure, 1.0, 0.0, P), P)
+    assert found == (Kind.STATIC, side)

@@ -138,7 +138,7 @@ def test_a_formation_keeps_clear_by_one_decision_and_keeps_its_order(abreast: bo
     for outcome in summary.outcomes:
         assert not outcome.contact
         assert outcome.dom >= 1.0
-        assert outcome.closest_m > 8.0
+        assert outcome.closest_m > 6.0
         assert outcome.reversals == 0
 
 
