@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import math
 import os
 import signal
 import threading
@@ -22,7 +23,7 @@ from fleet.agent.orders import encoded
 from fleet.agent.store import Store, boot_id
 from fleet.drivers.beside import Beside
 from fleet.drivers.kinds import made_by_others
-from fleet.drivers.seam import Driver, PassesOn
+from fleet.drivers.seam import Driver, Informed, PassesOn
 from fleet.drivers.sensors.equipped import Equipped
 from fleet.drivers.sensors.kinds import equipped
 from fleet.drivers.simulated import SimulatedDriver
@@ -148,8 +149,13 @@ def join(agent: Agent, driver: Driver) -> Callable[[], None]:
 
     passes = hardware_of if isinstance(hardware_of, PassesOn) and hardware_of.sysid else None
     agent.autopilot = passes
+    navigates = sensors is not None and sensors.navigates
+    informed = hardware_of if navigates and isinstance(hardware_of, Informed) else None
 
     def listen() -> None:
+        nav = agent.nav
+        if informed is not None and nav.sound > 0.5:
+            informed.moves(agent.now_ns, nav.vx * math.cos(nav.psi) + nav.vy * math.sin(nav.psi), nav.r)
         for text in converses.said() if converses is not None else ():
             agent.orders.note("autopilot", text)
         for text in sensors.noted() if sensors is not None else ():

@@ -14,6 +14,7 @@ from fleet.cli import (
     credentials,
     doctor,
     drive,
+    export,
     gcs,
     hub,
     mission,
@@ -70,6 +71,7 @@ gcs.add_to(app)
 app.add_typer(mission.app, name="mission")
 app.add_typer(credentials.app, name="credentials")
 app.add_typer(doctor.app, name="doctor")
+app.add_typer(export.app, name="export")
 app.add_typer(run.app, name="run")
 app.add_typer(sweep.app, name="sweep")
 

@@ -53,6 +53,10 @@ def sim(
         Literal["simulated", "can", "mavlink"],
         typer.Option(help="Between agent and hull: nothing, a simulated thruster controller (can) or autopilot."),
     ] = "simulated",
+    sensors: Annotated[
+        Literal["simulated", "nmea"],
+        typer.Option(help="How boats sense: by values, or by sentences of NMEA 0183 and AIS that agents read."),
+    ] = "simulated",
     case: Annotated[
         str | None,
         typer.Option(metavar="FAMILY:CASE", help="Sail one case of a sweep alone, instead of a mission."),
@@ -71,6 +75,7 @@ def sim(
     if case is not None:
         given = {"MISSION": mission is not None, "--warp": warp != 1.0, "--seed": seed != 0, "--set": bool(set_),
                  "--topology": topology != "hub", "--driver": driver != "simulated", "--keep": keep,
+                 "--sensors": sensors != "simulated",
                  "--lockstep": lockstep, "--credentials": bool(credentials)}  # fmt: skip
         wrong = [name for name, there in given.items() if there]
         if wrong:
@@ -83,9 +88,10 @@ def sim(
         raise UsageError("expected a MISSION (fleet mission list names the ready ones), or --case FAMILY:CASE")
     if not SLOWEST <= warp <= FASTEST:
         raise UsageError(f"--warp {warp:g}: expected {SLOWEST:g} to {FASTEST:g}")
-    if lockstep and (keep or warp != 1.0 or topology != "hub" or driver != "simulated" or credentials):
+    clocked = warp != 1.0 or topology != "hub" or driver != "simulated" or sensors != "simulated"
+    if lockstep and (keep or clocked or credentials):
         raise UsageError(
-            "--lockstep has neither clock nor network: expected no --warp, --topology, --driver, --keep or "
+            "--lockstep has neither clock nor network: expected no --warp, --topology, --driver, --sensors, --keep or "
             "--credentials with it"
         )
     overrides = [*(set_ or []), *([f"keeping_clear.method={method}"] if method is not None else [])]
@@ -100,6 +106,7 @@ def sim(
         record=record == "full",
         driver=driver,
         credentials=credentials,
+        sensors=sensors,
         keep=keep,
         hub_port=port,
         root=runs,

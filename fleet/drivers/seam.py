@@ -94,6 +94,14 @@ class Sensor(Protocol):
         """Disconnect."""
 
 
+@runtime_checkable
+class Informed(Protocol):
+    """A driver that steers by how the boat moves, and whose hardware may not know it: the agent tells it every tick."""
+
+    def moves(self, stamp_ns: int, surge_mps: float, yaw_rate_radps: float) -> None:
+        """How the boat moves: over ground along the heading, and turning."""
+
+
 class Driver(Protocol):
     """A boat that can be steered. Nothing here blocks, nothing raises while under way."""
 

@@ -24,6 +24,7 @@ from fleet.agent.config import AgentConfig, DriverConfig
 from fleet.errors import FleetError
 from fleet.sim.device import DriverKind
 from fleet.sim.passes import HUB, WHERE, Transport
+from fleet.sim.suite import SensorKind
 from fleet.sim.world_process import WorldSpec
 from fleet.wire.link import LinkConfig, Topology
 
@@ -58,6 +59,7 @@ class Processes:
         driver: DriverKind = "simulated",
         credentials: Path | None = None,
         transport: Transport = "tls",
+        sensors: SensorKind = "simulated",
     ) -> None:
         self.folder, self.clock, self.fleet, self.topology = folder, clock, fleet, topology
         self._boats, self._seed, self._record, self._hz = boats, seed, record, control_hz
@@ -68,6 +70,7 @@ class Processes:
         self._pids: list[int] = []
         self._world_port = 0
         self._driver: DriverKind = driver
+        self._sensors: SensorKind = sensors
         self._drivers: dict[str, dict[str, Any]] = {}  # keys of `[driver]`, by boat
         self._hub_port = hub_port or free_port()
         self._ports = {boat: free_port() for boat in boats} if topology == "routed" else {}
@@ -124,7 +127,12 @@ class Processes:
     def start_world(self, mission_file: Path, *, waits: bool = False) -> None:
         """Start the world; one that waits moves no hull before it is told to begin."""
         spec = WorldSpec(
-            mission_file=str(mission_file), clock=self.clock, seed=self._seed, driver=self._driver, waits=waits
+            mission_file=str(mission_file),
+            clock=self.clock,
+            seed=self._seed,
+            driver=self._driver,
+            sensors=self._sensors,
+            waits=waits,
         )
         line = self._spawn("world", "fleet.sim.world_process", msgspec.json.encode(spec).decode(), answers=True)
         answer = json.loads(line)

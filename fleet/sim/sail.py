@@ -23,6 +23,7 @@ from fleet.sim.device import must_have
 from fleet.sim.processes import Processes
 from fleet.sim.record import RunRecorder
 from fleet.sim.share import FLEET, OPERATOR, Options, Progress, Watcher, apply_in_s, as_toml, lead_s, say
+from fleet.sim.suite import must_have_sensors
 from fleet.sim.world_process import Begin, Trouble, TruthOfAll, Watch
 from fleet.wire import keys
 from fleet.wire.codec import Refused, decode, decode_state
@@ -40,6 +41,7 @@ class Sailing:
 
     def __init__(self, mission: Mission, name: str, options: Options, watcher: Watcher) -> None:
         must_have(options.driver)
+        must_have_sensors(options.sensors)
         self._mission, self._name, self._options, self._watcher = mission, name, options, watcher
         self._plan = build(mission)
         boats = tuple(boat.name for boat in mission.boats)
@@ -66,9 +68,11 @@ class Sailing:
             driver=options.driver,
             credentials=self.credentials,
             transport=options.transport,
+            sensors=options.sensors,
         )
         header = {"seed": str(options.seed), "warp": f"{options.warp:g}", "topology": options.topology}
         header["driver"] = options.driver
+        header["sensors"] = options.sensors
         self._recorder = RunRecorder(self.run, self._plan, name, header, text, options.record)
         self._truth = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._truth.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4 << 20)

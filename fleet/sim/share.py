@@ -14,6 +14,7 @@ from fleet.operator import Fleet, Outcome
 from fleet.recording.runs import Run
 from fleet.sim.device import DriverKind
 from fleet.sim.passes import Transport
+from fleet.sim.suite import SensorKind
 
 LEAD_S = 2.0  # of the launch: boats begin together so long after it [s]
 APPLY_S = 2.0  # of a change of the formation
@@ -41,6 +42,7 @@ class Options(Struct, frozen=True, kw_only=True):
     credentials: str = ""  # `new`, or the folder of an authority; "" nothing is signed
     transport: Transport = "tls"
     driver: DriverKind = "simulated"  # of the boats: what stands between hull and agent
+    sensors: SensorKind = "simulated"  # of the boats: how they reach the agent
     keep: bool = False
     hub_port: int = 0
     root: str | None = None

@@ -20,6 +20,7 @@ from fleet.mission.load import decode
 from fleet.mission.plan import build
 from fleet.recording.topics import Truth
 from fleet.sim.device import Device, DriverKind, device
+from fleet.sim.suite import SensorKind, Suite
 from fleet.sim.world import SENSE_S, STEP_NS, STEPS_A_SENSE, World
 
 LARGEST = 65000
@@ -36,6 +37,7 @@ class WorldSpec(Struct, frozen=True, kw_only=True):
     clock: ClockSpec
     seed: int = 0
     driver: DriverKind = "simulated"
+    sensors: SensorKind = "simulated"
     waits: bool = False  # for a `Begin`
 
 
@@ -90,8 +92,12 @@ class WorldProcess:
             between = device(spec.driver, self._world, boat, spec.clock.warp)
             if between is not None:
                 self._devices[boat] = between
+        self._suites: dict[str, Suite] = {}
+        if spec.sensors == "nmea":
+            self._suites = {boat: Suite(mission.environment, spec.clock.warp) for boat in self._world.ships}
         self._watchers: set[tuple[str, int]] = set()
         self._late_steps = 0
+        self._blind = spec.driver == "can"  # a thruster controller without sensors of its own; an autopilot has some
 
     @property
     def port(self) -> int:
@@ -102,7 +108,10 @@ class WorldProcess:
     @property
     def drivers(self) -> dict[str, dict[str, Any]]:
         """By boat: keys of `[driver]` with which its agent reaches the device between it and the hull."""
-        return {boat: between.keys for boat, between in self._devices.items()}
+        keys: dict[str, dict[str, Any]] = {boat: dict(between.keys) for boat, between in self._devices.items()}
+        for boat, suite in self._suites.items():
+            keys.setdefault(boat, {})["sensors"] = suite.keys
+        return keys
 
     def run(self, stop: threading.Event) -> None:
         """Until stopped."""
@@ -151,8 +160,10 @@ class WorldProcess:
             if boat not in self._agents and boat not in self._devices:
                 continue
             reading = world.sense(boat)
+            rest = self._suites[boat].tell(reading) if boat in self._suites else reading
             if boat in self._devices:
-                self._devices[boat].exchange(reading)
+                self._devices[boat].exchange(rest if self._blind else reading)
+            reading = rest
             if boat in self._agents:
                 sensed = Sensed(reading, radio.delay_s, radio.loss, world.ships[boat].radio_down)
                 self._send(_encode(sensed), self._agents[boat])
@@ -171,6 +182,8 @@ class WorldProcess:
         """Free the ports."""
         for between in self._devices.values():
             between.close()
+        for suite in self._suites.values():
+            suite.close()
         self._socket.close()
 
 

@@ -6,6 +6,8 @@ import json
 import os
 import pty
 import re
+import signal
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -68,6 +70,34 @@ def test_launch_asks_with_target_old_and_new(afloat: Afloat) -> None:
     assert code == 0, shown
     assert out.splitlines()[1:] == ["  b1  acknowledged", "  b2  acknowledged"]
     until(lambda: modes(afloat) == ["follow", "follow"], "both boats follow")
+
+
+def test_plotters_see_the_boats_as_ais_targets(afloat: Afloat) -> None:
+    from pyais import decode
+
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as plotter:
+        plotter.bind(("127.0.0.1", 0))
+        plotter.settimeout(30.0)
+        where = f"127.0.0.1:{plotter.getsockname()[1]}"
+        argv = [*FLEET, "export", "ais", "--udp", where, "--mmsi", "b2=235000001", "--interval", "0.5"]
+        link = environment(FLEET_FLEET="sim", FLEET_CONNECT=afloat.connect)
+        child = subprocess.Popen(argv, env=link, stderr=subprocess.PIPE, text=True)
+        names: dict[int, str] = {}
+        places: dict[int, float] = {}
+        while len(names) < 2 or len(places) < 2:
+            said = decode(plotter.recv(1024))
+            if said.msg_type == 24 and said.partno == 0:
+                names[said.mmsi] = said.shipname
+            elif said.msg_type == 18:
+                places[said.mmsi] = said.lat
+        child.send_signal(signal.SIGTERM)
+        _, told = child.communicate(timeout=30)
+    assert child.returncode == 0, told
+    (own,) = set(names) - {235000001}
+    assert names == {own: "SIM B1", 235000001: "SIM B2"}
+    assert 200_000_000 <= own < 201_000_000
+    assert all(abs(lat - 44.38) < 0.01 for lat in places.values())
+    assert f"b1  MMSI {own}" in told
 
 
 def test_status_shows_every_boat(afloat: Afloat) -> None:

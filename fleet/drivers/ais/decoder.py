@@ -1,4 +1,4 @@
-"""AIS messages to sightings of other vessels. The one file that imports pyais, late."""
+"""AIS messages to sightings of other vessels. Pure."""
 
 from __future__ import annotations
 
@@ -8,15 +8,13 @@ from typing import Any
 
 from msgspec import Struct
 
+from fleet.drivers.ais.codec import read
 from fleet.drivers.ais.options import AisOptions
 from fleet.drivers.ais.sentences import Assembler, Message
 from fleet.drivers.nmea.codec import KNOT_MPS, Unusable
 from fleet.drivers.seam import Sighting
 from fleet.drivers.sensors.jumps import EARTH_M
-from fleet.errors import ConfigError
 
-BITS = {1: 168, 2: 168, 3: 168, 5: 422, 18: 168, 19: 312, 24: 160}
-"""Messages that are read, and how long they are at least; a shorter one is cut."""
 CLASS_A = (1, 2, 3)
 SLOW_KNOTS = 0.3  # slower vessels need no course
 SURE_KNOTS = 1.0  # a faster one heads where it goes, nearly
@@ -42,35 +40,6 @@ class Size(Struct, frozen=True):
     def placed(self) -> bool:
         """Whether it is known where on board the antenna is."""
         return self.bow > 0.0 or self.port > 0.0
-
-
-def must_have_pyais(who: str, *, needed: bool = True) -> bool:
-    """Whether pyais is installed; ConfigError where it is not and must be."""
-    try:
-        import pyais  # noqa: F401
-    except ImportError:
-        if not needed:
-            return False
-        raise ConfigError(
-            f"driver.sensors, {who}: AIS needs pyais, which is not installed; pip install 'fleet-usv[sensors]'"
-        ) from None
-    return True
-
-
-def read(message: Message) -> Any:
-    """A message as pyais has it; Unusable where it is of no use, cut, or nothing that pyais can read."""
-    from pyais.bit_vector import bit_vector
-    from pyais.messages import MSG_CLASS
-
-    kind = message.payload[0] - 48 - (8 if message.payload[0] > 87 else 0)
-    if kind not in BITS:
-        raise Unusable("not used")
-    if 6 * len(message.payload) - message.fill < BITS[kind]:
-        raise Unusable("cut short")
-    try:
-        return MSG_CLASS[kind].from_vector(bit_vector(message.payload, message.fill))
-    except Exception:  # noqa: BLE001 - whatever a stranger's sentence makes of pyais, it is one bad sentence
-        raise Unusable("not readable") from None
 
 
 class Listener:

@@ -114,6 +114,11 @@ class CanDriver:
         with self._lock:
             return self._bus_trouble or self.helm.command(self._now_ns(), surge_mps, yaw_rate_radps)
 
+    def moves(self, stamp_ns: int, surge_mps: float, yaw_rate_radps: float) -> None:
+        """How the boat moves, for a controller without sensors."""
+        with self._lock:
+            self.helm.moves(stamp_ns, surge_mps, yaw_rate_radps)
+
     def neutral(self) -> None:
         """No thrust."""
         with self._lock:

@@ -51,6 +51,8 @@ class Helm:
         self._battery_percent = math.nan
         self._nav: Navigation | None = None
         self._nav_ns = 0
+        self._told: tuple[float, float] | None = None  # surge and yaw rate, where the agent knows them
+        self._told_ns = 0
         self._heard_ns = 0
         self._neutral_due = True
 
@@ -80,6 +82,11 @@ class Helm:
         """No thrust, said once; then silence keeps it so."""
         self._neutral_due = self._neutral_due or self._command is not None
         self._command = None
+
+    def moves(self, now_ns: int, u: float, r: float) -> None:
+        """How the boat moves, as the agent knows it; used while the controller does not say so."""
+        if math.isfinite(u + r):
+            self._told, self._told_ns = (u, r), now_ns
 
     def reading(self, now_ns: int) -> Reading:
         """What is known of the boat."""
@@ -121,6 +128,11 @@ class Helm:
 
     def _deaf(self, now_ns: int) -> str:
         """The loops have nothing to work with."""
+        why = self._deaf_bus(now_ns)
+        return why if why and (self._told is None or (now_ns - self._told_ns) * 1e-9 > self._age_s) else ""
+
+    def _deaf_bus(self, now_ns: int) -> str:
+        """The controller does not say how the boat moves."""
         nav = self._nav
         if nav is None or (now_ns - self._nav_ns) * 1e-9 > self._silent_s:
             return "no navigation on the CAN bus"
@@ -139,11 +151,13 @@ class Helm:
         said = self.decoder.take(identifier, payload, plain=plain)
         if isinstance(said, Status):
             self._hear(said, now_ns)
-        elif isinstance(said, Battery):
+            return self._steer(now_ns) if self._deaf_bus(now_ns) and self._told is not None else []
+        if isinstance(said, Battery):
             self._battery_percent = said.percent
         elif isinstance(said, Navigation):
             self._nav, self._nav_ns = said, now_ns
-            return self._steer(said, now_ns)
+            if not self._deaf_bus(now_ns) or self._told is None:
+                return self._steer(now_ns)
         return []
 
     def _hear(self, status: Status, now_ns: int) -> None:
@@ -156,15 +170,23 @@ class Helm:
         if status.rc_override:
             self._command = None  # the pilot has the boat; a command from before does not come back to life
 
-    def _steer(self, nav: Navigation, now_ns: int) -> list[Frame]:
+    def _motion(self, now_ns: int) -> tuple[float, float]:
+        """Surge and yaw rate: of the controller, else as the agent told them."""
+        nav = self._nav
+        if nav is None or self._deaf_bus(now_ns):
+            assert self._told is not None
+            return self._told
+        c, s = math.cos(nav.heading_rad), math.sin(nav.heading_rad)
+        return nav.v_north_mps * c + nav.v_east_mps * s, nav.yaw_rate_radps
+
+    def _steer(self, now_ns: int) -> list[Frame]:
         """Thrust and watchdog for a fresh command; nothing for a stale one."""
         command = self._command
         if command is None or (now_ns - self._command_ns) * 1e-9 > self._age_s or self._deaf(now_ns):
             self._neutral_due = self._neutral_due or self._loops is not None
             self._loops = None
             return self.farewell()
-        c, s = math.cos(nav.heading_rad), math.sin(nav.heading_rad)
-        u, r = nav.v_north_mps * c + nav.v_east_mps * s, nav.yaw_rate_radps
+        u, r = self._motion(now_ns)
         config, dt = self._config, (now_ns - self._loops_ns) * 1e-9
         loops = self._loops
         if loops is None or dt > self._age_s:  # what they remember is of another moment
@@ -185,6 +207,7 @@ class Helm:
     def forget(self) -> None:
         """The bus is gone: commands and loops begin anew when it is back."""
         self._command, self._loops, self._status, self._nav = None, None, None, None
+        self._told = None
 
     def _watch(self, run: bool) -> Frame:
         self._counter = (self._counter + 1) & 255

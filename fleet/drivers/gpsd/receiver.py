@@ -95,9 +95,10 @@ class GpsdReceiver:
 
     def _hear(self, line: bytes, stamp_ns: int) -> str:
         try:
-            if _decode_any(line).kind not in ("TPV", "ATT"):
+            text = line.decode()  # msgspec does not look at what it passes over
+            if _decode_any(text).kind not in ("TPV", "ATT"):
                 return "not used"
-            report = _decode(line)
+            report = _decode(text)
         except (msgspec.DecodeError, UnicodeDecodeError):  # of which a value of the wrong type is one
             raise Unusable("not a report") from None
         if self._options.device and report.device != self._options.device:

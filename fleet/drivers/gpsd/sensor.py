@@ -40,7 +40,7 @@ class GpsdSensor:
         said = self._receiver.observed(now_ns)
         for what, stamp_ns in (("fix", said.fix_ns), ("heading", said.heading_ns), ("yaw-rate", said.yaw_rate_ns)):
             if stamp_ns:
-                self._silence.gave(what, now_ns)
+                self._silence.gave(what, now_ns, stamp_ns)
         why = {"fix": self._receiver.why_no_fix}
         trouble = self._silence.trouble(now_ns, self.lines.heard_ns, self.lines.port.trouble, why)
         return replace(said, trouble=trouble) if trouble else said

@@ -70,6 +70,7 @@ class Receiver:
         self._epoch: Epoch | None = None
         self._before: frozenset[str] = frozenset()
         self._delay = Delay()
+        self._late_ns = 0  # of the last epoch
         self._back = 0
         self._void = ("", "", -DAY_NS)  # why a sentence said that there is no fix, of which kind it was, and when
         self._sigma: tuple[float, int] = (math.nan, -DAY_NS)  # of GST, and when
@@ -108,7 +109,7 @@ class Receiver:
         elif isinstance(said, Gst):
             self._sigma = (said.sigma_m, stamp_ns)
         elif isinstance(said, Rot):
-            self._say(yaw_rate_ns=stamp_ns - self._delay_ns, yaw_rate_radps=said.yaw_rate_radps)
+            self._say(yaw_rate_ns=self._measured(stamp_ns), yaw_rate_radps=said.yaw_rate_radps)
         else:
             self._heading(said, stamp_ns)
         return "accepted"
@@ -148,10 +149,14 @@ class Receiver:
                 raise Unusable("magnetic, variation not known")
             psi += variation
         self._say(
-            heading_ns=stamp_ns - self._delay_ns,
+            heading_ns=self._measured(stamp_ns),
             heading_rad=math.remainder(psi, 2.0 * math.pi),
             heading_error_rad=math.radians(self._options.heading_error_deg),
         )
+
+    def _measured(self, stamp_ns: int) -> int:
+        """When a sentence without a time was measured: what shares a line with a fix that comes late is late too."""
+        return stamp_ns - self._delay_ns - (self._late_ns if self._late_ns > EPOCH_NS else 0)
 
     # -- epochs ----------------------------------------------------------------------------------------------------
     def _begin(self, time_s: float, stamp_ns: int) -> Epoch:
@@ -168,10 +173,9 @@ class Receiver:
                 self._finish(old)
             self._before = old.kinds if stamp_ns - old.gathered_ns < ERROR_OLD_NS else frozenset()
         self._back = 0
-        late_ns = self._delay.late_ns(time_s, stamp_ns)
+        late_ns = self._late_ns = self._delay.late_ns(time_s, stamp_ns)
         if late_ns > EPOCH_NS:
             self.counts["late"] += 1
-            self.why_no_fix = "its sentences come late"
         self._epoch = Epoch(time_s, stamp_ns - late_ns - self._delay_ns, stamp_ns)
         why, kind, at_ns = self._void
         if stamp_ns - at_ns < GATHER_NS:  # said of the same moment, a little before
@@ -188,7 +192,7 @@ class Receiver:
             return
         epoch.done = True
         why = epoch.void or self._fix(epoch)
-        self.why_no_fix = why
+        self.why_no_fix = why or ("its sentences come late" if self._late_ns > EPOCH_NS else "")
         self.counts["fixes"] += not why
         if why:
             self.counts[f"no fix: {why}"] += 1

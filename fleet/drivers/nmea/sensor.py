@@ -7,7 +7,8 @@ from collections.abc import Callable
 
 from msgspec.structs import replace
 
-from fleet.drivers.ais.decoder import Listener, must_have_pyais
+from fleet.drivers.ais.codec import must_have_pyais
+from fleet.drivers.ais.decoder import Listener
 from fleet.drivers.ais.options import AisOptions
 from fleet.drivers.nmea.receiver import NmeaOptions, Receiver
 from fleet.drivers.seam import Observed
@@ -46,7 +47,7 @@ class LineSensor:
         silence = self._silence
         for what, stamp_ns in (("fix", said.fix_ns), ("heading", said.heading_ns), ("yaw-rate", said.yaw_rate_ns)):
             if stamp_ns:
-                silence.gave(what, now_ns)
+                silence.gave(what, now_ns, stamp_ns)
         why = {"fix": receiver.why_no_fix, "heading": receiver.why_no_heading} if receiver is not None else {}
         trouble = silence.trouble(now_ns, self.lines.heard_ns, self.lines.port.trouble, why)
         heard = listener.heard() if listener is not None else ()

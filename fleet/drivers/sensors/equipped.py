@@ -41,7 +41,7 @@ class Equipped:
         self.simulated = driver.simulated
         named = any(one.sensor is None for one in fitted)
         self._fitted = [*fitted] if named else [*fitted, Fitted(OWN, None, frozenset())]
-        self._navigates = any(one.use & NAVIGATION for one in self._fitted if one.sensor is not None)
+        self.navigates = any(one.use & NAVIGATION for one in self._fitted if one.sensor is not None)
         self._choices = {what: Choice() for what in sorted(NAVIGATION)}
         self._own_ns = dict.fromkeys(NAVIGATION, 0)  # newest of the driver's own values
         self._amiss: dict[str, str] = {}
@@ -73,11 +73,11 @@ class Equipped:
                 said = self._asked(one, one.sensor, now_ns)
                 sightings += said.sightings if "traffic" in one.use else ()
                 scans += said.scans if "scan" in one.use else ()
-            if self._navigates:
+            if self.navigates:
                 found |= self._navigation(rank, one.use or EVERYTHING, said, now_ns)
         amiss = (*own.amiss, *(f"{name}: {why}" for name, why in self._amiss.items()))
         more = {"sightings": tuple(sightings[-MOST_SIGHTINGS:]), "scans": tuple(scans[-MOST_SCANS:]), "amiss": amiss}
-        if not self._navigates:
+        if not self.navigates:
             return replace(own, **more) if sightings or scans or amiss else own
         return Reading(
             battery_percent=own.battery_percent,

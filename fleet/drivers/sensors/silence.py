@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from fleet.drivers.sensors.config import NAVIGATION
 
+OLD_NS = 500_000_000  # what the fusion does not use any more
 WHAT = {"fix": "no fix", "heading": "no heading", "yaw-rate": "no yaw rate"}
 
 
@@ -19,9 +20,10 @@ class Silence:
         self._given: dict[str, int] = {}
         self._began_ns = 0
 
-    def gave(self, what: str, now_ns: int) -> None:
-        """It gave something."""
-        self._given[what] = now_ns
+    def gave(self, what: str, now_ns: int, stamp_ns: int) -> None:
+        """It gave something; what is too old to be used is nothing."""
+        if now_ns - stamp_ns < OLD_NS:
+            self._given[what] = now_ns
 
     def trouble(self, now_ns: int, heard_ns: int, port: str, why: Mapping[str, str]) -> str:
         """What is wrong; '' when nothing is.

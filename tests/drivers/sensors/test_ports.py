@@ -120,7 +120,7 @@ def test_a_sensor_that_has_given_headings_and_stops_is_told_by_what_is_missing()
     silence = Silence((), 3.0)
     assert silence.trouble(1, 0, "", {}) == ""
     assert silence.trouble(4 * S, 4 * S, "", {"fix": "no fix"}) == "nothing in it can be used"
-    silence.gave("heading", 5 * S)
+    silence.gave("heading", 5 * S, 5 * S)
     assert silence.trouble(6 * S, 6 * S, "", {}) == ""
     why = {"heading": "magnetic, variation not known"}
     assert silence.trouble(9 * S, 9 * S, "", why) == "no heading: magnetic, variation not known"
@@ -128,7 +128,8 @@ def test_a_sensor_that_has_given_headings_and_stops_is_told_by_what_is_missing()
     assert silence.trouble(19 * S, 9 * S, "Connection refused", {}) == "Connection refused"
     named = Silence(("fix", "heading"), 3.0)
     named.trouble(1, 0, "", {})
-    named.gave("heading", 5 * S)
+    named.gave("heading", 5 * S, 5 * S)
+    named.gave("fix", 5 * S, 4 * S)
     assert named.trouble(6 * S, 6 * S, "", {"fix": "void"}) == "no fix: void"
 
 

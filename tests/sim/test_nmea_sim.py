@@ -1,0 +1,31 @@
+"""Real agents that hear sentences of NMEA 0183 and AIS and nothing else, over a controller that has no sensors."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fleet.sim.suite import mmsi_of
+from tests.sim.sailed import sail
+
+pytestmark = pytest.mark.sails
+MISSION = str(Path(__file__).with_name("aivdm.toml"))
+
+
+def test_a_ship_known_by_aivdm_sentences_only_is_kept_clear_of(tmp_path: Path) -> None:
+    run = sail(MISSION, tmp_path, driver="can", sensors="nmea", warp=4.0)
+    assert run.summary.passed, run.summary.checks
+    ferry = f"mmsi-{mmsi_of('ferry'):09d}"
+    assert any(ferry in event.text for event in run.events), [event.text for event in run.events]
+    assert {event.text for event in run.own["b1"] if event.kind == "sensor"} >= {"fix from nmea", "heading from nmea"}
+    assert run.modes("b1", 5.0, 100.0) <= {"follow", "avoid"}
+    for boat in ("b1", "b2"):
+        errors = [
+            ((state.x_m - truth.x_m) ** 2 + (state.y_m - truth.y_m) ** 2) ** 0.5
+            for state in run.states[boat]
+            for truth in run.truths[boat]
+            if abs(state.stamp_ns - truth.stamp_ns) < 30_000_000
+        ]
+        assert len(errors) > 50
+        assert max(errors) < 1.5  # metres, with fixes that are wrong by 0.3 m (1 sigma per axis)
