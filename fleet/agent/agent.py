@@ -113,7 +113,7 @@ class Agent:
         self.background = Background(threaded=threaded)
         self.orders.apart = threaded
         self.troubles = Troubles()
-        self.wings = Wings()
+        self.wings = Wings(self.orders.flights)
         self.vacancies = Vacancies(boat)
         self.track = Track()
         self.links: Counter[str] = Counter()  # what the network refused, in words

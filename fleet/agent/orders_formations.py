@@ -92,6 +92,8 @@ class Formations(Missions):
 
         def check_ahead() -> None:
             found = check_formation(plan, shape, abscissas, before=before)
+            if not found and shape.pattern == "wingman":
+                self.flights.prepare(plan, shape)
             del self._checked[:-AHEAD]
             self._checked.append((words, plan, found))
 

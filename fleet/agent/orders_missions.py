@@ -98,6 +98,8 @@ class Missions(Standing):
             if problems:
                 return "; ".join(problems[:3]), None
             plan = build(mission)
+            if plan.shape.pattern == "wingman":
+                self.flights.prepare(plan, plan.shape)
         except Refused as refusal:
             return f"the mission {refusal}", None
         except FleetError as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from fleet.agent.flights import Flights
 from fleet.agent.modes import Goal, Reason
 from fleet.agent.sailing import Sailing
 from fleet.guidance.limits import OwnLimits
@@ -42,6 +43,7 @@ class Standing:
         self.apart = False  # whether heavy missions are checked by a process of their own
         self.abscissas: Callable[[], dict[str, float]] = dict
         self.position_error_m: Callable[[], float] = float
+        self.flights = Flights()
 
     def begin(self, sailing: Sailing, goal: Goal) -> None:
         """Take a mission as one's own."""

@@ -291,7 +291,8 @@ def _formed(
     good = leader.good > 0.5
     s_cvt_dot = cvt_speed(path.at(wing.s), leader)
     e = ops.where(good, wing.s - s, 0.0)
-    u = ops.where(good, wingman_speed(s_cvt_dot, e, wing.calm, order.u_min, order.u_max), wing.u)
+    u = wingman_speed(s_cvt_dot + leader.gains, e, wing.calm, order.u_min, order.u_max)
+    u = ops.where(good, u, wing.u)
     return Wing(ops.where(good, wing.s + s_cvt_dot * dt, s), u, ops.minimum(wing.calm + dt, FAR)), e, u
 
 

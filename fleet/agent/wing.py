@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from msgspec import Struct
 
+from fleet.agent.flights import Flights
 from fleet.agent.modes import IN_FORMATION, Mode
 from fleet.agent.picture import Other, Picture
 from fleet.agent.sailing import Sailing
 from fleet.coordination import Leader
-from fleet.mission.formation import gap_needed
 from fleet.mission.pattern import Shape
-from fleet.mission.wingman import Wingman, apart, wingmen
+from fleet.mission.wingman import Wingman
 
 IN_PLACE_M = 2.0  # from its place along and across the path: then it is where everybody knows it to be
+ALL_TURN = "circle"  # the method of the paper, in which every boat that comes near another one turns
 ON_ITS_PATH = IN_FORMATION | {int(Mode.ALONE)}
 STOPPED = frozenset(map(int, (Mode.HOLD, Mode.NEUTRAL, Mode.FAULT, Mode.STANDBY, Mode.RETURN)))
 
@@ -33,11 +34,13 @@ class InPlace(Struct, frozen=True):
 class Wings:
     """The pattern wingman, for one boat."""
 
-    def __init__(self) -> None:
+    def __init__(self, flights: Flights) -> None:
+        self._flights = flights
         self._shape: Shape | None = None
         self._sailing: Sailing | None = None
         self._found: dict[int, Wingman] = {}
         self._apart: frozenset[int] = frozenset()
+        self._mine: frozenset[int] = frozenset()  # wingmen of this boat that keep clear of it, and not it of them
         self._last: Leader[float] | None = None
         self._last_s = 0.0
         self.lost_ns = 0  # since when the leader is lost; 0: it is not, or there is none
@@ -51,15 +54,14 @@ class Wings:
         if sailing is not self._sailing or shape is None:
             self._last = None
         self._sailing, self._shape = sailing, shape
-        self._found, self._apart, self.lost_ns, self.stopped = {}, frozenset(), 0, False
+        self._found, self._apart, self._mine, self.lost_ns, self.stopped = {}, frozenset(), frozenset(), 0, False
         if sailing is None or shape is None or shape.pattern != "wingman":
             return
-        need = gap_needed(sailing.plan.mission)
-        self._found = wingmen(sailing.plan, shape, need)
-        if sailing.plan.mission.formation.crossing == "give-room":
-            me = sailing.number
-            pairs = [(one, two) for one, two, least, _, _ in apart(self._found, need) if least >= need - 1.0]
-            self._apart = frozenset(two if one == me else one for one, two in pairs if me in (one, two))
+        flight = self._flights.prepare(sailing.plan, shape)
+        self._found, self._apart = flight.wingmen, flight.mates(sailing.number)
+        mission = sailing.plan.mission
+        if mission.formation.crossing == "keep-on" and mission.keeping_clear.method != ALL_TURN:
+            self._mine = frozenset(n for n, one in self._found.items() if one.leader.number == sailing.number)
 
     @property
     def flies(self) -> bool:
@@ -88,7 +90,8 @@ class Wings:
         room, slope = one.room.at(s_cvt)
         last = self._last
         good, stopped = float(not self.lost_ns), float(self.stopped)
-        return Leader(good, stopped, last.x, last.y, last.tx, last.ty, last.c, last.U, room, slope)
+        gains = one.room.gains(s_cvt, last.U, one.boat.limits.surge_lag_s)
+        return Leader(good, stopped, last.x, last.y, last.tx, last.ty, last.c, last.U, room, slope, gains)
 
     def _hear(self, sailing: Sailing, one: Wingman, picture: Picture, now_ns: int) -> None:
         """Take in what the leader says of itself."""
@@ -120,10 +123,18 @@ class Wings:
         self._last = Leader(1.0, float(self.stopped), p.x, p.y, p.tx, p.ty, p.c, speed, 0.0, 0.0)
 
     def minded(self, own: InPlace, other: Other) -> bool:
-        """Whether keeping clear looks at a mate: not where both are in places that keep apart."""
+        """Whether keeping clear looks at a mate.
+
+        Not where both are in places that keep apart; and where paths cross and wingmen stay abeam, not at an own one
+        that is under way: it keeps clear of its leader, and the leader goes on.
+        """
         track = other.track
-        if other.number not in self._apart or track is None or other.second is not None or not own.sure:
+        if track is None or other.second is not None:
             return True
         state = track.state
+        if other.number in self._mine and state.mode in IN_FORMATION:
+            return False
+        if other.number not in self._apart or not own.sure:
+            return True
         same = self._sailing is not None and state.mission_id == self._sailing.order.mission_id
         return not (same and InPlace(float(state.mode), state.along_path_m, state.cross_track_m).sure)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fleet.cli import say
+from fleet.cli.methods import methods
 from fleet.cli.options import Json, Runs, short_for
 from fleet.cli.sail import INTERRUPTED, interruptible
 from fleet.errors import FleetError, RecordingError, UsageError
@@ -165,6 +166,9 @@ def _judge(store: Store, ended: Ended, json: bool, picture: bool) -> int:
     if not found["complete"]:
         _tell_how_to_resume(store)
     return 0 if found["passed"] else 1
+
+
+app.command("methods")(methods)
 
 
 # -- looking -----------------------------------------------------------------------------------------------------------

@@ -12,10 +12,11 @@ if TYPE_CHECKING:
     from fleet.sim.sweep.store import Store
 
 NAMED = 10  # failing cases; the others are in summary.json
-HEADS = ("", "cases", "collisions", "standstills", "arrived", "inside R", "least", "median", "delay", "95 %", "cross-track", "formation")  # fmt: skip  # noqa: E501
-UNITS = ("", "", "", "", "boats", "cases", "m", "m", "s", "s", "rms m", "rms m")
+HEADS = ("", "cases", "collisions", "standstills", "arrived", "inside R", "least", "median", "delay", "95 %", "cross-track", "formation", "off path", "off place")  # fmt: skip  # noqa: E501
+UNITS = ("", "", "", "", "boats", "cases", "m", "m", "s", "s", "rms m", "rms m", "share", "share")
 KEYS = ("cases", "collisions", "standstills", "arrived", "inside_radius", "min_separation_m", "separation_median_m",
-        "delay_median_s", "delay_p95_s", "cross_track_rms_m", "formation_rms_m")  # fmt: skip
+        "delay_median_s", "delay_p95_s", "cross_track_rms_m", "formation_rms_m", "off_path", "off_place")  # fmt: skip
+MAY_LACK = ("off_path", "off_place")  # columns only where there is something to show
 
 SHIP_HEADS = ("", "cases", "contacts", "domain", "0.8 of it", "side", "in time", "rules", "decisions", "reversals", "again", "delay", "95 %", "boats")  # fmt: skip  # noqa: E501
 SHIP_UNITS = ("", "", "", "kept", "kept", "right", "share", "right", "mean", "share", "share", "s", "s", "m")
@@ -64,10 +65,13 @@ def table_of(points: Sequence[dict[str, Any]], together: dict[str, Any] | None) 
     """A row a point, and one for all of them together where they are several."""
     foreign = any("contacts" in point for point in points)
     heads, units, keys = (SHIP_HEADS, SHIP_UNITS, SHIP_KEYS) if foreign else (HEADS, UNITS, KEYS)
-    rows = [[point["label"], *(_shown(point.get(key)) for key in keys)] for point in points]
+    lacking = {key for key in MAY_LACK if all(point.get(key) is None for point in points)}
+    columns = [column for column in zip(heads[1:], units[1:], keys, strict=True) if column[2] not in lacking]
+    rows = [[point["label"], *(_shown(point.get(key)) for _, _, key in columns)] for point in points]
     if together is not None and len(points) > 1:
-        rows.append(["together", *(_shown(together.get(key)) for key in keys)])
-    return say.aligned([heads, units, *rows], right=range(1, len(heads)), indent="  ")
+        rows.append(["together", *(_shown(together.get(key)) for _, _, key in columns)])
+    named = [[first, *(column[i] for column in columns)] for i, first in enumerate((heads[0], units[0]))]
+    return say.aligned([*named, *rows], right=range(1, len(columns) + 1), indent="  ")
 
 
 def _shown(value: float | None) -> str:

@@ -32,6 +32,7 @@ class Leader(Struct, Generic[R], frozen=True, gc=False):
     U: R  # speed of its virtual target [m/s]
     room: R  # how far ahead of abeam the CVT runs on purpose, where the paths come near, - behind [m]
     slope: R  # how that grows along the wingman's path [m/m]
+    gains: R = 0.0  # type: ignore[assignment]  # by how much the CVT will be faster when surge has followed [m/s]
 
 
 def cvt_speed(cvt: PathPoint[R], leader: Leader[R]) -> R:
@@ -62,7 +63,7 @@ def wingman_speed(s_cvt_dot: R, e: R, calm: R, u_min: R, u_max: R) -> R:
         u2 = s_cvt_dot + k_u tanh(k_e (s_cvt - s2)), within u_min .. u_max
 
     Args:
-        s_cvt_dot: speed of its CVT [m/s]
+        s_cvt_dot: speed of its CVT, where it is known beforehand that of a surge lag later [m/s]
         e: s_cvt - s2, + when the wingman is behind its place [m]
         calm: time since it kept clear of anybody: for 5 s it does not catch up [s]
         u_min: slowest speed in formation [m/s]

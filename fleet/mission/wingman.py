@@ -2,57 +2,23 @@
 
 The paths of a wingman and its leader may cross. Where they come near each other, strictly abeam would be on top of the
 leader: there the first wingman of a leader falls back on purpose, the second goes ahead, and comes up again. How far is
-known beforehand, for every abscissa of its path.
+known beforehand, for every abscissa of its path: see `beside`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from itertools import accumulate, combinations
+from collections.abc import Iterator
+from itertools import combinations
 
 from msgspec import Struct
 
 from fleet.coordination.wingman import LEAST_COS
+from fleet.mission.beside import ABEAM, MOST, STEP_M, Beside, Room, room_beside, sail
 from fleet.mission.misfit import CRUISE_MARGIN_MPS, Misfit
 from fleet.mission.pattern import Shape
 from fleet.mission.plan import BoatPlan, Plan
-from fleet.paths import Path, PathPoint
-
-STEP_M = 1.0
-MOST = 50_000  # steps along one path: at most 2 m each
-SLOWER, FASTER = 0.5, 0.3  # metres of falling back, or coming up, for a metre of path
-SMOOTH_M = 4.0
-SPARE_MPS = 0.1  # speed left for corrections, beyond what a boat needs at any time
-
-
-class Room(Struct, frozen=True):
-    """How far ahead of abeam a wingman wants to be, for each abscissa of its path."""
-
-    first: float  # abscissa of the first value [m]
-    step: float
-    values: tuple[float, ...]  # + ahead [m]
-
-    def at(self, s: float) -> tuple[float, float]:
-        """Metres ahead of abeam at abscissa s, and how that grows [m/m]."""
-        place = (s - self.first) / self.step
-        if not 0.0 <= place < len(self.values) - 1:
-            return (self.values[0] if place < 0.0 else self.values[-1]), 0.0
-        i = int(place)
-        a, b = self.values[i], self.values[i + 1]
-        return a + (place - i) * (b - a), (b - a) / self.step
-
-
-class Beside(Struct, frozen=True):
-    """One moment of a wingman in its place."""
-
-    s1: float  # of the leader [m]
-    s2: float  # of the wingman, both along their own paths [m]
-    abeam: float  # wingman to starboard of the leader's path [m]
-    cos_beta: float
-    rate: float  # metres of its path for one of the leader's, abeam
-    leader: PathPoint[float]
-    own: PathPoint[float]
+from fleet.paths import PathPoint
 
 
 class Wingman(Struct, frozen=True):
@@ -74,81 +40,12 @@ def wingmen(plan: Plan, shape: Shape, need: float) -> dict[int, Wingman]:
             continue
         leader = plan.boats[number]
         served[number] = served.get(number, 0) + 1
-        if plan.mission.formation.crossing == "keep-on":
-            voyage, room = tuple(sail(boat, leader)), Room(0.0, 1.0, (0.0,))
-        else:
-            voyage = tuple(sail(boat, leader))
-            room = _room(voyage, boat, shape.cruise_mps, need, -1.0 if served[number] % 2 else 1.0)
+        voyage, room = tuple(sail(boat, leader)), ABEAM
+        if plan.mission.formation.crossing != "keep-on":
+            side = -1.0 if served[number] % 2 else 1.0
+            room = room_beside(voyage, boat.limits, shape.cruise_mps, need, side)
         found[boat.number] = Wingman(boat, leader, voyage, room)
     return found
-
-
-def sail(boat: BoatPlan, leader: BoatPlan, room: Room | None = None) -> Iterator[Beside]:
-    """The wingman in its place, step by step of the leader, until one of the paths ends; closed ones for a lap."""
-    path1, path2 = leader.path, boat.path
-    s1, s2 = leader.s, abeam_of(path2, boat.s, path1.at(leader.s))
-    last = s1 + path1.length if path1.closed else path1.length
-    step = max(STEP_M, (last - s1) / MOST)
-    while s1 <= last + 1e-9 and (path2.closed or s2 <= path2.length):
-        p, q = path1.at(s1), path2.at(s2)
-        cos_beta = p.tx * q.tx + p.ty * q.ty
-        along = p.tx * (q.x - p.x) + p.ty * (q.y - p.y)
-        abeam = p.tx * (q.y - p.y) - p.ty * (q.x - p.x)
-        wanted, slope = room.at(s2) if room is not None else (0.0, 0.0)
-        divisor = max(cos_beta - slope, LEAST_COS)
-        rate = (1.0 - p.c * abeam) / divisor
-        yield Beside(s1, s2, abeam, cos_beta, rate, p, q)
-        s1 += step
-        s2 += step * rate - 0.5 * (along - wanted) / divisor
-
-
-def abeam_of(path: Path, s: float, leader: PathPoint[float]) -> float:
-    """Abscissa near s of the point abeam of a leader; s where there is none near."""
-    found = s
-    for _ in range(20):
-        q = path.at(found)
-        cos_beta = max(leader.tx * q.tx + leader.ty * q.ty, LEAST_COS)
-        along = leader.tx * (q.x - leader.x) + leader.ty * (q.y - leader.y)
-        found -= min(max(along / cos_beta, -5.0), 5.0)
-        if abs(along) < 1e-6:
-            return found
-    return found if path.closed or 0.0 <= found <= path.length else s
-
-
-def _room(voyage: Sequence[Beside], boat: BoatPlan, cruise_mps: float, need: float, side: float) -> Room:
-    """Far enough behind (side -1) or ahead (+1) that the two are never nearer than `need`.
-
-    Where the wingman is n abeam that is sqrt(need^2 - n^2). It grows and shrinks no faster than speeds allow: where it
-    grows by room' a metre, the wingman goes cos(beta) / (cos(beta) - room') times as fast.
-    """
-    if not voyage:
-        return Room(0.0, 1.0, (0.0,))
-    first, last = voyage[0].s2, voyage[-1].s2
-    step = max(STEP_M, (last - first) / MOST)
-    low = boat.limits.speed_min_mps + CRUISE_MARGIN_MPS + SPARE_MPS
-    high = boat.limits.speed_max_mps - CRUISE_MARGIN_MPS - SPARE_MPS
-    wanted, slower, faster, k = [], [], [], 0
-    for i in range(math.ceil((last - first) / step) + 1):
-        s = first + i * step
-        while k + 1 < len(voyage) - 1 and voyage[k + 1].s2 < s:
-            k += 1
-        here = voyage[k]
-        wanted.append(math.sqrt(max(need * need - here.abeam * here.abeam, 0.0)))
-        speed = cruise_mps * here.rate * max(here.cos_beta, LEAST_COS)
-        slower.append(min(max(speed / low - here.cos_beta, 0.0), SLOWER) if low > 0.0 else SLOWER)
-        faster.append(min(max(here.cos_beta - speed / high, 0.0), FASTER))
-    grows, shrinks = (slower, faster) if side < 0.0 else (faster, slower)
-    room = list(wanted)
-    for i in range(len(room) - 2, -1, -1):  # begin in time
-        room[i] = max(room[i], room[i + 1] - grows[i] * step)
-    for i in range(1, len(room)):  # and take time to end
-        room[i] = max(room[i], room[i - 1] - shrinks[i] * step)
-    half = math.ceil(SMOOTH_M / step)
-    total = [0.0, *accumulate(room)]
-    for i, least in enumerate(wanted):  # speeds take time to change
-        low_i, high_i = max(i - half, 0), min(i + half + 1, len(room))
-        room[i] = max(least, (total[high_i] - total[low_i]) / (high_i - low_i))
-    return Room(first, step, tuple(side * value for value in room))
 
 
 def wingman_misfits(plan: Plan, shape: Shape, need: float) -> Iterator[Misfit]:

@@ -226,6 +226,79 @@ def test_strictly_abeam_with_the_papers_circle_it_turns_to_starboard() -> None:
         assert voyage.least_m >= 2.9
 
 
+def test_with_its_leader_to_starboard_it_turns_to_starboard_passes_astern_and_comes_up_again() -> None:
+    mission = load("wingman-colregs")
+    mission = structs.replace(mission, boats=at_speed(mission), checks={})
+    with under_way(mission) as voyage:
+        seen: list[tuple[float, float]] = []
+        turned: list[float] = []
+        voyage.watch.append(lambda: seen.append(abeam(voyage)))
+        leader, agent = voyage.agent("b1"), voyage.agent("b2")
+        voyage.watch.append(lambda: turned.append(agent.nav.psi - math.atan2(agent.decision.ty, agent.decision.tx)))
+        led: list[tuple[float, float]] = []
+        voyage.watch.append(lambda: led.append((leader.decision.y_e, leader.decision.U)))
+        voyage.sail(115.0)
+        crossing = next(i for i, (_, y) in enumerate(seen) if y > 0.0)
+        assert seen[crossing][0] < -6.0  # astern of its leader
+        assert max(turned) > 1.0  # by more than 57 degrees to starboard
+        assert voyage.least_m > 6.0
+        assert all(abs(ahead) < 0.5 for ahead, _ in seen[crossing + 550 :])
+        assert max(abs(y) for y, _ in led) < 0.01  # its leader goes on
+        assert min(u for _, u in led[100:]) > 0.99
+
+
+def test_a_leader_keeps_clear_of_a_wingman_that_lies_in_its_way() -> None:
+    mission = load("wingman-colregs")
+    mission = structs.replace(mission, boats=at_speed(mission), checks={})
+    with under_way(mission) as voyage:
+        voyage.sail(58.0)
+        voyage.fleet.hold(["b2"])
+        voyage.sail(30.0)
+        assert voyage.least_m > 5.0
+
+
+def chain(**changes: object) -> Mission:
+    """b3 sails beside b2, and b2 beside b1, on curves 25 m apart."""
+    mission = wingman(**changes)
+    mission = structs.replace(mission, duration_s=400.0)
+    third = structs.replace(mission.boats[1], name="b3", path="other", slot=2.0)
+    curve: Any = mission.paths["curve"]
+    other = structs.replace(curve, start=(0.0, 25.0), end=(330.0, 25.0))
+    return structs.replace(mission, boats=(*mission.boats, third), paths={**mission.paths, "other": other})
+
+
+def ahead_of(voyage: Voyage, boat: str, leader: str) -> float:
+    """How far a boat is ahead of its leader, along the leader's path [m]."""
+    (x1, y1), (x2, y2), d = voyage.at(leader), voyage.at(boat), voyage.agent(leader).decision
+    return d.tx * (x2 - x1) + d.ty * (y2 - y1)
+
+
+def test_wingmen_of_wingmen_stay_abeam_link_by_link() -> None:
+    with under_way(chain()) as voyage:
+        ahead: list[float] = []
+        voyage.sail(12.0)
+        voyage.watch.append(lambda: ahead.append(ahead_of(voyage, "b3", "b2")))
+        voyage.sail(80.0)  # past a crossing of b2 with its leader
+        assert max(map(abs, ahead)) < 2.5  # beside its own leader, wherever that is
+        assert voyage.least_m > 6.0
+
+
+def test_when_the_first_of_a_chain_is_lost_the_others_go_on_and_then_hold_together() -> None:
+    with under_way(chain(lost=Lost(alone_for_s=12.0))) as voyage:
+        voyage.sail(20.0)
+        voyage.sim.do("kill", "b1")
+        voyage.sail(8.0)
+        second, third = voyage.agent("b2"), voyage.agent("b3")
+        assert second.reasons & Reason.LEADER_LOST
+        assert not third.reasons & Reason.LEADER_LOST  # it hears b2
+        assert second.decision.U > 0.8
+        assert abs(ahead_of(voyage, "b3", "b2")) < 1.0
+        voyage.sail(20.0)
+        assert second.decision.mode == Mode.HOLD
+        assert third.decision.mode == Mode.HOLD  # its leader has stopped
+        assert abs(ahead_of(voyage, "b3", "b2")) < 2.5
+
+
 def test_without_its_leader_a_wingman_holds_its_last_good_speed_then_its_station() -> None:
     with under_way(wingman(lost=Lost(alone_for_s=12.0))) as voyage:
         voyage.sail(20.0)

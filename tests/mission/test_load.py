@@ -30,6 +30,7 @@ READY = (
     "three-crossing",
     "wingman",
     "wingman-circle",
+    "wingman-colregs",
 )
 
 plain: Any = st.none() | st.booleans() | st.integers(-(2**60), 2**60) | st.floats() | st.text(max_size=8)
@@ -45,7 +46,7 @@ def test_the_ready_missions_are_listed_with_their_titles() -> None:
     assert ready()["overtaking"].endswith("the one behind overtakes")
 
 
-FIT = {"swath": 5, "wingman": 3, "wingman-circle": 2}
+FIT = {"swath": 5, "wingman": 3, "wingman-circle": 2, "wingman-colregs": 2}
 """Abreast the turns have room for so many; wingmen need paths of their own."""
 
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from msgspec import structs
 
 from fleet.errors import UsageError
+from fleet.mission.beside import sail
 from fleet.mission.change import changed, words
 from fleet.mission.check import check, check_formation
 from fleet.mission.formation import gap_needed
@@ -20,7 +21,7 @@ from fleet.mission.multiply import multiply
 from fleet.mission.pattern import PATTERNS, Shape, assigned, closed_up, redrawn, slots_of
 from fleet.mission.plan import Plan, build
 from fleet.mission.redraw import redrawing
-from fleet.mission.wingman import sail, wingmen
+from fleet.mission.wingman import wingmen
 
 SWATH, WINGMAN, COLUMN = (load(name) for name in ("swath", "wingman", "patterns"))
 NAMES = ("b1", "b2", "b3", "b4", "b5")

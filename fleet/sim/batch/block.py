@@ -14,6 +14,7 @@ from fleet.ops import R
 from fleet.sim.batch import draws
 from fleet.sim.batch.draws import Purpose
 from fleet.sim.batch.hearing import TICK_S, Column, Message, age, in_order, member, peer, weigh
+from fleet.sim.batch.winging import Winged, beside, minded
 
 STEPS = round(TICK_S / STEP_S)
 CORRELATION_S = 60.0  # of the slow part of the GNSS error
@@ -54,6 +55,7 @@ class Block(Struct, Generic[R]):
     hash: Any  # where the lane's random numbers begin
     model: R  # number of its hull
     decision: Decision[R] | None = None  # of the last tick
+    wing: Winged | None = None  # of a wingman or its leader
 
 
 def sense(block: Block[R], now: int, rules: Rules) -> Nav[R]:
@@ -88,6 +90,9 @@ def decide(block: Block[R], told: tuple[Message[R], ...], now: int, clean: bool,
     all_three = list(zip(told, block.columns, aged, strict=True))
     peers = [peer(m, column, a, nav.x, nav.y, rules.radius_m, rules.clock_error_s) for m, column, a in all_three]
     members = []
+    leader: Any = None
+    if block.wing is not None:
+        leader, peers = _winged(block, nav, told, aged, peers, rules.radius_m)
     if rules.formations:
         block.weights = tuple(
             weigh(m, column, a, w, block.revision) for (m, column, a), w in zip(all_three, block.weights, strict=True)
@@ -97,7 +102,9 @@ def decide(block: Block[R], told: tuple[Message[R], ...], now: int, clean: bool,
             structs.replace(p, ordered=in_order(one, c, block.state.s, block.order.offset, rules.radius_m))
             for p, one, c in zip(peers, members, block.columns, strict=True)
         ]
-    block.state, d = step(block.state, nav, members, peers, block.order, block.path, rules.method, rules.params, TICK_S)
+    block.state, d = step(
+        block.state, nav, members, peers, block.order, block.path, rules.method, rules.params, TICK_S, leader=leader
+    )
     block.decision = d
     return Message(
         ops.full(nav.x, float(now)),
@@ -116,7 +123,14 @@ def decide(block: Block[R], told: tuple[Message[R], ...], now: int, clean: bool,
         d.mode,
         block.revision,
         d.y_e,
+        d.e,
     )
+
+
+def _winged(block: Any, nav: Any, told: Any, aged: Any, peers: Any, radius_m: float) -> tuple[Any, Any]:
+    """The leader of a wingman, and the others as wingmen and leaders see them; of one boat, on floats."""
+    seen = minded(block.wing, peers, told, block.decision, (nav.x, nav.y), radius_m)
+    return beside(block.wing, told, aged, block.state), seen
 
 
 def sail(block: Block[R], rules: Rules) -> None:

@@ -9,7 +9,9 @@ import numpy as np
 from msgspec import structs
 
 from fleet.agent.step import Order, start
+from fleet.agent.wing import ALL_TURN
 from fleet.hulls import HULLS, Water
+from fleet.mission.beside import ABEAM
 from fleet.ops import FloatArray
 from fleet.paths import Path
 from fleet.sim.batch import draws, tally
@@ -18,6 +20,7 @@ from fleet.sim.batch.hearing import TICK_S, Column, half_lap_m
 from fleet.sim.batch.mail import LoneMail, others
 from fleet.sim.batch.scenarios import IntArray, Scenarios
 from fleet.sim.batch.sea import SHOWN, WATER, Counted, Sea, traced
+from fleet.sim.batch.winging import Winged
 
 
 class LoneSea(Sea):
@@ -28,6 +31,7 @@ class LoneSea(Sea):
         sc = scenarios
         boats = sc.boats
         self.mail = LoneMail(sc)
+        self._leaders: list[int] = []
         self._others: list[list[int]] = others(boats).T.tolist()
 
         def of(name: str) -> list[Any]:
@@ -71,6 +75,8 @@ class LoneSea(Sea):
             )
             for i in range(boats)
         ]
+        if sc.winged:
+            self._fly(of("leader"), of("room"), paths, rules)
         measure = float(np.ceil(sc.measure_s[0] / TICK_S - 1e-6))
         begins = zip(of("goal_m"), s, x, y, strict=True)
         self.tallies = [tally.begin(0.0, goal_m, measure, s_i, x_i, y_i) for goal_m, s_i, x_i, y_i in begins]
@@ -94,7 +100,37 @@ class LoneSea(Sea):
         hulls = [block.hull for block in self.blocks]
         return [(b.x - a.x, b.y - a.y) for a, b in combinations(hulls, 2)]
 
+    def _fly(self, leaders: list[float], rooms: list[float], paths: list[Path], rules: Rules) -> None:
+        """What wingmen and leaders know of each other."""
+        sc = self.scenarios
+        room_of = {i: sc.rooms[int(k)] for i, k in enumerate(rooms) if leaders[i] >= 0.0}
+        pairs = {frozenset((i, int(leaders[i]))) for i, room in room_of.items() if room.rates}
+        keep_on = {i for i, room in room_of.items() if not room.rates and rules.method.name != ALL_TURN}
+        for i, block in enumerate(self.blocks):
+            other = self._others[i]
+            leader = int(leaders[i])
+            block.wing = Winged(
+                column=other.index(leader) if leader >= 0 else -1,
+                path=paths[leader],
+                room=room_of.get(i, ABEAM),
+                lag_s=sc.limits.surge_lag_s,
+                apart=frozenset(c for c, j in enumerate(other) if frozenset((i, j)) in pairs),
+                mine=frozenset(c for c, j in enumerate(other) if j in keep_on and leaders[j] == i),
+            )
+        self._leaders = [int(leader) for leader in leaders]
+
+    def _abeam(self, i: int) -> float:
+        """How far a wingman really is behind abeam of its leader [m]; 0 for the leader."""
+        leader = self._leaders[i]
+        if leader < 0:
+            return 0.0
+        one, d, hull = self.blocks[leader].hull, self.blocks[leader].decision, self.blocks[i].hull
+        assert d is not None
+        return float(d.tx * (one.x - hull.x) + d.ty * (one.y - hull.y))
+
     def _errors(self) -> list[Any]:
+        if self._leaders:
+            return [self._abeam(i) for i in range(len(self.blocks))]
         z = [block.decision.s - block.order.offset for block in self.blocks if block.decision is not None]
         return tally.formation_errors(z, self._member, self.rules.formations)
 

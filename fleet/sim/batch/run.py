@@ -42,7 +42,7 @@ def run(
         params: tuning of the method; its own for that radius if None
         record: cases whose trajectories are kept
         lanes: boats in one chunk of arrays
-        floats: True one by one on floats, False on arrays; None: whichever is faster
+        floats: True one by one on floats, False on arrays; None: whichever is faster; wingmen only on floats
     """
     began = time.perf_counter()
     rules = Rules(
@@ -62,7 +62,7 @@ def run(
         gnss_velocity_mps=scenarios.gnss_velocity_mps,
     )
     if floats is None:
-        floats = scenarios.count * scenarios.boats < FLOATS_BELOW
+        floats = scenarios.winged or scenarios.count * scenarios.boats < FLOATS_BELOW
     size = 1 if floats else max(1, AT_ONCE * lanes // scenarios.boats)
     parts = []
     for first in range(0, scenarios.count, size):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fleet.agent.modes import Goal
 from fleet.guidance import Limits
+from fleet.mission.beside import Room
 from fleet.ops import FloatArray
 from fleet.paths import Path
 
@@ -18,7 +19,7 @@ IntArray = NDArray[np.intp]
 NEVER = np.inf
 ENDLESS = 1.0e18
 PER_BOAT = ("path", "x", "y", "psi", "u", "s", "cruise", "u_min", "u_max", "offset", "member", "goal", "goal_m")
-PER_BOAT_LATER = ("s_end", "mute_s", "avoids", "hull")
+PER_BOAT_LATER = ("s_end", "mute_s", "avoids", "hull", "leader", "room")
 PER_SCENARIO = ("limit_s", "measure_s", "current_n", "current_e", "wind_n", "wind_e", "delay_s", "loss")
 
 
@@ -61,6 +62,8 @@ class Scenarios(Struct, frozen=True, kw_only=True):
     mute_s: FloatArray  # from when on it is never heard again
     avoids: FloatArray  # 0 it keeps clear of nobody
     hull: FloatArray  # number of its model in `hulls`
+    leader: FloatArray  # number of the boat beside which it sails, -1 none
+    room: FloatArray  # number of its table in `rooms`
     limit_s: FloatArray  # (B,) end of the run; sooner when everybody has arrived
     measure_s: FloatArray  # (B,) from when on errors of track and formation count
     current_n: FloatArray  # (B,)
@@ -70,6 +73,7 @@ class Scenarios(Struct, frozen=True, kw_only=True):
     delay_s: FloatArray  # (B,) of every message
     loss: FloatArray  # (B,) share of messages lost
     changes: tuple[Change, ...] = ()
+    rooms: tuple[Room, ...] = ()  # how far from abeam wingmen want to be
     hulls: tuple[str, ...] = ("unicycle",)  # models of boats
     limits: Limits = Limits()
     gain_per_m: float = 0.3  # k_u
@@ -87,6 +91,11 @@ class Scenarios(Struct, frozen=True, kw_only=True):
     def boats(self) -> int:
         """K."""
         return int(self.x.shape[1])
+
+    @property
+    def winged(self) -> bool:
+        """Some boats sail beside others."""
+        return bool((self.leader >= 0.0).any())
 
     @property
     def nominal_s(self) -> FloatArray:
@@ -142,6 +151,8 @@ def assemble(
         "mute_s": NEVER,
         "avoids": 1.0,
         "hull": 0.0,
+        "leader": -1.0,
+        "room": -1.0,
         "x": x,
         "y": y,
         "psi": psi,

@@ -48,6 +48,7 @@ class Sea(ABC):
 
     def __init__(self, scenarios: Scenarios, rules: Rules) -> None:
         self.scenarios, self.rules = scenarios, rules
+        self._formed = rules.formations > 0 or scenarios.winged
         self._ticks = [np.ceil(change.at_s / TICK_S - 1e-6) for change in scenarios.changes]
         self._due = {int(t) for ticks in self._ticks for t in ticks if np.isfinite(t)}
         self.watch: Callable[[int], None] | None = None  # told of every tick when decided, before the hulls move
@@ -62,7 +63,7 @@ class Sea(ABC):
             now,
             [decide(block, held, now, clean, self.rules) for block, held in zip(self.blocks, told, strict=True)],
         )
-        errors = self._errors() if self.rules.formations else [None] * len(self.blocks)
+        errors = self._errors() if self._formed else [None] * len(self.blocks)
         for k, (block, e) in enumerate(zip(self.blocks, errors, strict=True)):
             assert block.decision is not None
             self.tallies[k] = tally.count(self.tallies[k], block.decision, e, float(now))

@@ -18,6 +18,7 @@ CHECK_TICKS = 50  # how often it is seen who has finished, and who stands still
 STILL_S, STILL_MPS = 60.0, 0.1
 MARKS = round(STILL_S / (CHECK_TICKS * TICK_S))
 SETTLED_M = 1.0
+OFF_PATH_M, OFF_PLACE_M = 1.0, 2.0
 
 
 class Tally(Struct, Generic[R], frozen=True, gc=False):
@@ -43,6 +44,8 @@ class Tally(Struct, Generic[R], frozen=True, gc=False):
     way: R  # sailed since the start [m]
     ways: tuple[R, ...]  # the same every 5 s, the oldest first
     stopped: R  # 1 it once did not even move
+    off_path: R  # ticks 1 m or more off its path; in formations
+    off_place: R  # ticks with a formation error of 2 m or more
 
 
 def begin(like: R, goal_m: R, measure_tick: R, s: R, x: R, y: R) -> Tally[R]:
@@ -69,6 +72,8 @@ def begin(like: R, goal_m: R, measure_tick: R, s: R, x: R, y: R) -> Tally[R]:
         zero,
         (zero,) * MARKS,
         zero,
+        zero,
+        zero,
     )
 
 
@@ -77,11 +82,14 @@ def count(t: Tally[R], d: Decision[R], e: R | None, now: float) -> Tally[R]:
     counts = ops.flag(t.measure_tick <= now, d.s)
     off = abs(d.y_e) * counts
     e_sq, e_most, e_last, unsettled = t.e_sq, t.e_most, t.e_last, t.unsettled
+    off_path, off_place = t.off_path, t.off_place
     if e is not None:
         e_last = abs(e)
         e_now = e_last * counts
         e_sq, e_most = e_sq + e_now * e_now, ops.maximum(e_most, e_now)
         unsettled = ops.where(e_last >= SETTLED_M, now, unsettled)
+        off_path = off_path + ops.flag(off >= OFF_PATH_M, off)
+        off_place = off_place + ops.flag(e_now >= OFF_PLACE_M, off)
     return Tally(
         t.goal_m,
         t.measure_tick,
@@ -103,6 +111,8 @@ def count(t: Tally[R], d: Decision[R], e: R | None, now: float) -> Tally[R]:
         t.way,
         t.ways,
         t.stopped,
+        off_path,
+        off_place,
     )
 
 

@@ -30,6 +30,7 @@ class Voyage:
         self._scenarios, self._rules = scenarios, rules
         self._limit = np.ceil(scenarios.limit_s / (TICK_S * CHECK_TICKS) - 1e-6) * CHECK_TICKS
         self._over = np.zeros(shape[0], dtype=bool)
+        self._has_place = scenarios.leader >= 0.0 if scenarios.winged else scenarios.member > 0.0
         self._steps: dict[int, list[FloatArray]] = {
             row: [] for row in range(shape[0]) if int(scenarios.case[row]) in record
         }
@@ -118,6 +119,9 @@ class Voyage:
         r.formation_most_m[rows] = t["e_most"]
         r.formation_end_m[rows] = t["e_last"]
         r.settled_s[rows] = np.where(t["e_last"] >= SETTLED_M, np.inf, (t["unsettled"] + 1.0) * TICK_S)
+        of_place = self._has_place[rows]
+        r.off_path[rows] = np.where(of_place, t["off_path"] / measured, np.nan)
+        r.off_place[rows] = np.where(of_place, t["off_place"] / measured, np.nan)
         r.stood[rows] = t["stood"]
         r.stopped[rows] = t["stopped"]
 

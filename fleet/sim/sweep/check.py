@@ -33,6 +33,7 @@ from fleet.sim.sweep.model import (
     Spec,
     Trouble,
     Vessels,
+    Wingman,
 )
 from fleet.sim.sweep.scenes import scenes
 from fleet.sim.sweep.ships import foreign
@@ -146,7 +147,11 @@ def _speeds(spec: Spec) -> Iterator[Problem]:
         yield from _outside(key, formation.cruise_mps, low + CRUISE_MARGIN_MPS, high - CRUISE_MARGIN_MPS)
     if isinstance(layout, Formations):
         return
-    if isinstance(layout, Column | Circuit):
+    if isinstance(layout, Wingman):
+        yield from _outside(
+            ("layout", "cruise_mps"), layout.cruise_mps, low + CRUISE_MARGIN_MPS, high - CRUISE_MARGIN_MPS
+        )
+    elif isinstance(layout, Column | Circuit):
         if formation is not None and support(layout.speed_share)[1] * support(formation.cruise_mps)[1] > (
             spec.limits.speed_max_mps + 1e-9
         ):
@@ -177,8 +182,13 @@ def _formation(spec: Spec) -> Iterator[Problem]:
     """A formation where there can be none, none where there must be one; slots too near each other."""
     layout, formation = spec.layout, spec.formation
     kind = type(layout).__struct_config__.tag
-    if isinstance(layout, Meeting | Circle | Anywhere | Vessels | Imazu):
-        if formation is not None:
+    if isinstance(layout, Wingman) and spec.duration_s is None:
+        yield Problem(("duration_s",), f"missing, a {kind} has no goal and sails until the time is up")
+    if isinstance(layout, Meeting | Circle | Anywhere | Wingman | Vessels | Imazu):
+        if formation is not None and isinstance(layout, Wingman):
+            wrong = "layout.cruise_mps of a wingman's leader counts; expected none"
+            yield Problem(("formation",), wrong)
+        elif formation is not None:
             yield Problem(("formation",), f"boats of a {kind} sail each for itself; expected column or merging")
         return
     if formation is None:

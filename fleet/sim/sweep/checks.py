@@ -56,6 +56,10 @@ CHECKS: dict[str, Check] = {
         "settled_p95_s", None, True, "s", "from then on within 1 m of its place to the end, 95 % of boats are sooner"
     ),
     "unsettled_max": Check("unsettled", None, True, "", "boats not within 1 m of their places at the end"),
+    "off_path_max": Check("off_path", None, True, "share", "of the time 1 m or more from the path", 1.0),
+    "off_place_max": Check(
+        "off_place", None, True, "share", "of the time 2 m or more from its place, a wingman from abeam", 1.0
+    ),
     "cross_track_most_m": Check("cross_track_most_m", None, True, "m", "distance from the path, the worst boat"),
     "switches_max": Check("switches_per_boat", None, True, "", "avoidances begun and ended, the mean boat"),
     "contacts_max": Check("contacts", None, True, "", "scenarios in which a boat touched a vessel", foreign=ONLY),

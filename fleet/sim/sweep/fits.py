@@ -7,13 +7,14 @@ from collections.abc import Iterator
 
 from msgspec import UNSET
 
+from fleet.coordination.wingman import LEAST_COS
 from fleet.mission.formation import BETWEEN_SLOTS_M
 from fleet.mission.problem import Problem
 from fleet.sim.sweep.distributions import Drawn, Spread, support
 from fleet.sim.sweep.formed import circuit_path
 from fleet.sim.sweep.layouts import circle_radius
 from fleet.sim.sweep.merging import corner
-from fleet.sim.sweep.model import Anywhere, Circle, Circuit, Formations, Meeting, Merging, Spec
+from fleet.sim.sweep.model import Anywhere, Circle, Circuit, Formations, Meeting, Merging, Spec, Wingman
 
 
 def gap_for(radius_m: float, sigma_m: float) -> float:
@@ -60,6 +61,8 @@ def layout_problems(spec: Spec) -> Iterator[Problem]:
         yield from _circuit(spec, layout)
     if isinstance(layout, Anywhere):
         yield from _anywhere(spec, layout)
+    if isinstance(layout, Wingman):
+        yield from _wingman(spec, layout)
 
 
 def _need(spec: Spec) -> float:
@@ -93,6 +96,22 @@ def _circuit(spec: Spec, layout: Circuit) -> Iterator[Problem]:
         if room < _need(spec):
             wrong = f"round the lap the last boat is {room:.1f} m before the first; at least {_need(spec):.1f} m"
             yield Problem(("formation", "spacing_m"), wrong, shown(spec.formation.spacing_m))
+
+
+def _wingman(spec: Spec, layout: Wingman) -> Iterator[Problem]:
+    """Curves that a wingman cannot sail, or that run across its leader's path."""
+    if spec.boats != 2:
+        yield Problem(("boats",), "a leader and its wingman; expected 2", spec.boats)
+    k = 2.0 * math.pi / layout.wavelength_m
+    amplitude = support(layout.amplitude_m)[1]
+    tightest = spec.limits.speed_max_mps / spec.limits.yaw_rate_max_radps
+    wrong = ""
+    if amplitude * k * k * tightest > 1.0:
+        wrong = f"bends with {1.0 / (amplitude * k * k):.1f} m; boats need {tightest:.1f} m"
+    elif 1.0 / math.hypot(1.0, amplitude * k) < LEAST_COS:
+        wrong = f"runs {math.degrees(math.atan(amplitude * k)):.0f} deg off the leader's path; at most 72 deg"
+    if wrong:
+        yield Problem(("layout", "amplitude_m"), wrong, shown(layout.amplitude_m))
 
 
 def _anywhere(spec: Spec, layout: Anywhere) -> Iterator[Problem]:

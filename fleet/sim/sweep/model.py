@@ -111,6 +111,18 @@ class Circuit(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag
     speed_share: AtLeast0 = 0.0  # per boat: speed at the start, of cruise
 
 
+class Wingman(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="kind", tag="wingman"):
+    """A leader on a straight path to the north; its wingman sails a sine that crosses the path, beside it."""
+
+    wavelength_m: Positive = 220.0  # twice as long as from crossing to crossing
+    amplitude_m: Above = 15.0  # per case
+    cruise_mps: Above = 1.0  # per case: of the leader
+    phase_m: Drawn = 0.0  # per case: how far from a crossing it begins, along the straight path
+    along_m: Drawn = 0.0  # per boat: off its place
+    across_m: Drawn = 0.0  # per boat: + to starboard of its path
+    crossing: Literal["give-room", "keep-on"] = "give-room"
+
+
 Sensor = Literal["exact", "ais", "positions", "mixed"]
 
 
@@ -148,7 +160,7 @@ class Imazu(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_f
     sensor: Sensor = "exact"
 
 
-Layout = Meeting | Circle | Column | Merging | Anywhere | Formations | Circuit | Vessels | Imazu
+Layout = Meeting | Circle | Column | Merging | Anywhere | Formations | Circuit | Wingman | Vessels | Imazu
 
 
 class Formation(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -13,10 +14,12 @@ from fleet.sim.batch import Change, Scenarios, assemble
 from fleet.sim.batch.scenarios import IntArray
 from fleet.sim.sweep.anywhere import anywhere
 from fleet.sim.sweep.distributions import Draw, Spread, radians
+from fleet.sim.sweep.fits import gap_for
 from fleet.sim.sweep.formed import circuit, formations
 from fleet.sim.sweep.layouts import ATTEMPTS, Laid, circle, column, meeting, slots
 from fleet.sim.sweep.merging import merging
-from fleet.sim.sweep.model import Anywhere, Circle, Circuit, Column, Formations, Meeting, Merging, Spec
+from fleet.sim.sweep.model import Anywhere, Circle, Circuit, Column, Formations, Meeting, Merging, Spec, Wingman
+from fleet.sim.sweep.wingman import wingman
 from fleet.sim.world import LEEWAY
 
 
@@ -57,6 +60,10 @@ def _lay(spec: Spec, seed: int, case: IntArray, attempts: int) -> tuple[Laid, Fl
         return circle(layout, spec.boats, seed, case), None
     if isinstance(layout, Anywhere):
         return anywhere(layout, spec.limits, spec.boats, seed, case, attempts), None
+    if isinstance(layout, Wingman):
+        env = spec.environment
+        need = gap_for(spec.keeping_clear.radius_m, math.hypot(env.gnss_sigma_m, env.gnss_white_m))
+        return wingman(layout, spec.limits, need, spec.duration_s or 0.0, seed, case), None
     if isinstance(layout, Column | Formations | Circuit):
         assert spec.formation is not None, "found by check"
         if isinstance(layout, Column):

@@ -40,6 +40,8 @@ MEANINGS: dict[str, tuple[str, str]] = {
     "formation_end_m": ("formation error at the end, the worst boat", "m"),
     "settled_median_s": ("from then on a boat stays within 1 m of its place, median", "s"),
     "settled_p95_s": ("the same, 95 % of boats are sooner", "s"),
+    "off_path": ("of the time 1 m or more from the path, in a formation", "share"),
+    "off_place": ("of the time 2 m or more from its place, a wingman from abeam", "share"),
     "unsettled": ("boats that are not within 1 m of their places at the end", ""),
 }
 """Figures: meaning and unit. None: there is nothing to measure."""
@@ -76,6 +78,8 @@ def figures(parts: Sequence[Any]) -> Figures:
         "formation_end_m": _finite(every("formation_end_m").max()) if formation else None,
         "settled_median_s": _finite(_share(every("settled_s"), 0.5)) if formation else None,
         "settled_p95_s": _finite(_share(every("settled_s"), 0.95)) if formation else None,
+        "off_path": _mean(every("off_path")),
+        "off_place": _mean(every("off_place")),
         "unsettled": int((~np.isfinite(every("settled_s"))).sum()) if formation else None,
     }
 
@@ -87,6 +91,12 @@ def _share(values: FloatArray, share: float) -> Any:
 
 def _rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values * values)))
+
+
+def _mean(values: FloatArray) -> float | None:
+    """Of those that are numbers."""
+    there = values[np.isfinite(values)]
+    return float(there.mean()) if len(there) else None
 
 
 def _finite(value: Any) -> float | None:

@@ -9,7 +9,7 @@ import pytest
 
 from fleet.agent.modes import Goal
 from fleet.guidance.limits import Limits
-from fleet.sim.batch import Scenarios
+from fleet.sim.batch import Scenarios, run
 from fleet.sim.sweep.anywhere import escapable
 from fleet.sim.sweep.family import load, loads
 from fleet.sim.sweep.layouts import circle_radius, nearest
@@ -263,3 +263,27 @@ def test_a_stopped_boat_lies_near_the_point_and_has_nowhere_to_go() -> None:
     assert np.isinf(scenarios.nominal_s[:, 2]).all()
     assert np.isfinite(scenarios.nominal_s[:, :2]).all()
     assert (scenarios.u[:, :2] > 0.0).all()
+
+
+def test_a_wingman_begins_in_its_place_beside_its_leader() -> None:
+    scenarios = drawn("wingman", "layout.along_m=0", "layout.across_m=0", point=1)
+    for row in range(0, len(CASES), 8):
+        room = scenarios.rooms[int(scenarios.room[row, 1])]
+        wanted, _ = room.at(float(scenarios.s[row, 1]))
+        assert scenarios.x[row, 1] - scenarios.x[row, 0] == pytest.approx(wanted, abs=0.6)
+    assert set(scenarios.leader[:, 1]) == {0.0}
+    assert nearest(scenarios.x, scenarios.y).min() > 7.4
+
+
+def test_a_wingman_of_a_sweep_stays_beside_its_leader_and_is_counted_against_abeam() -> None:
+    family = load("wingman", ["duration_s=75", "measure_from_s=15", "layout.phase_m=40"])
+    results = run(family.scenarios(3, 1, [0]), record=(0,), **family.run_options(1))
+    trace = results.traces[0]
+    ahead = trace.x[:, 1] - trace.x[:, 0]
+    far = float(np.mean(np.abs(ahead[150:]) >= 2.0))
+    assert results.off_place[0, 1] == pytest.approx(far, abs=0.02)
+    assert 0.2 < far < 0.7  # it falls back for a crossing in that time
+    assert np.isnan(results.off_place[0, 0])  # its leader keeps no place
+    assert results.off_path[0, 1] == 0.0
+    assert results.least_m[0] > 7.2
+    assert results.switches.max() == 0.0

@@ -62,8 +62,8 @@ WRONG: tuple[tuple[str, str, str], ...] = (  # what stands there, what is writte
     ("seed = 7", 'seed = "seven"', 'seed = "seven" (line 4): expected a whole number from 0 to 1000000000'),
     ("loss = 0.1", "loss = -0.1", "radio.loss = -0.1 (line 13): expected a number from 0 to 1"),
     ("loss = 0.1", "loss = nan", "radio.loss = nan (line 13): expected a number from 0 to 1"),
-    ('kind = "meeting"', 'kind = "meting"', 'layout.kind = "meting" (line 7): expected one of meeting, circle, column, merging, anywhere, formations, circuit, vessels, imazu; did you mean "meeting"?'),
-    ('kind = "meeting"', "", "layout.kind (line 6): missing, expected one of meeting, circle, column, merging, anywhere, formations, circuit, vessels, imazu"),
+    ('kind = "meeting"', 'kind = "meting"', 'layout.kind = "meting" (line 7): expected one of meeting, circle, column, merging, anywhere, formations, circuit, wingman, vessels, imazu; did you mean "meeting"?'),
+    ('kind = "meeting"', "", "layout.kind (line 6): missing, expected one of meeting, circle, column, merging, anywhere, formations, circuit, wingman, vessels, imazu"),
     ("apart_m = 20.0", "apart_m = true", "layout.apart_m = true (line 10): expected a number of at least 0"),
     # distributions
     ("even = [0.7, 1.5]", "even = [1.5, 0.7]", "layout.cruise_mps (line 8): even: low 1.5 above high 0.7"),
@@ -136,6 +136,7 @@ WRONG_COLUMN: tuple[tuple[str, str, str], ...] = (
     ('kind = "column"\nalong_m = { even = [-2.0, 2.0] }', 'kind = "circuit"\ncorner_radius_m = 16.0', "layout.corner_radius_m = 16 (line 8): expected 4.3 m, as boats turn, to 15 m, half of the shorter side"),
     ('kind = "column"\nalong_m = { even = [-2.0, 2.0] }', 'kind = "circuit"\napart_m = 40.0', "layout.apart_m = 40 (line 8): 3 boats on a lap of 119.4 m; expected less"),
     ('kind = "column"\nalong_m = { even = [-2.0, 2.0] }', 'kind = "merging"\nmeet_s = 3.0', "layout.meet_s = 3 (line 8): boats begin in the bend; expected more"),
+    ('kind = "column"', 'kind = "wingman"', "formation (line 10): layout.cruise_mps of a wingman's leader counts; expected none"),
 )  # fmt: skip
 
 SHIP = """\
