@@ -156,6 +156,42 @@ def test_a_new_leader_and_the_old_one_exchange_their_slots_on_every_boat() -> No
         assert slots(voyage, "b1", "b2", "b3") == {(-1.0, 0.0, -2.0)}
 
 
+def test_boats_that_exchanged_their_slots_in_column_pass_each_other_and_close_up() -> None:
+    with under_way(three("patterns", [62.0, 50.0, 38.0])) as voyage:
+        assert voyage.fleet.set_slots({"b1": -2.0, "b3": 0.0}).ok
+        voyage.sail(110.0)
+        ahead = [voyage.at(b)[0] - voyage.at("b2")[0] for b in ("b1", "b3")]
+        assert ahead == [approx(-12.0, 0.5), approx(12.0, 0.5)]
+        assert voyage.least_m > 6.0
+
+
+def test_a_boat_that_lies_stopped_on_the_path_is_passed_by_those_behind_it() -> None:
+    with under_way(three("patterns", [62.0, 50.0, 38.0])) as voyage:
+        voyage.fleet.stop_now(["b1"])
+        voyage.sail(60.0)
+        x = voyage.at("b1")[0]
+        assert voyage.at("b2")[0] > x + 10.0
+        assert voyage.at("b3")[0] > x
+        assert voyage.least_m > 6.0
+
+
+def test_a_boat_whose_slot_lies_inside_anothers_circle_holds_beside_it_and_nobody_circles() -> None:
+    with under_way(three("patterns", [388.0, 376.0, 364.0])) as voyage:
+        voyage.sail(10.0)
+        end = voyage.agent("b1").course.path.length - 12.0  # where the slot of b2 is at the end
+        while voyage.agent("b1").state.s < end - 3.0:
+            voyage.sail(0.5)
+        voyage.fleet.hold(["b1"])
+        voyage.sail(35.0)
+        turned = {b: 0.0 for b in ("b1", "b2", "b3")}
+        voyage.watch.append(lambda: turned.update({b: turned[b] + 0.1 * voyage.agent(b).nav.r for b in turned}))
+        voyage.sail(25.0)
+        assert {voyage.agent(b).decision.mode for b in turned} == {Mode.HOLD}
+        assert max(map(abs, turned.values())) < 6.0  # less than once round
+        assert voyage.least_m > 6.0
+        assert abs(voyage.at("b2")[0] - voyage.at("b1")[0]) < 12.0
+
+
 def test_a_boat_that_was_away_comes_back_into_its_own_lane() -> None:
     mission = three("patterns", [62.0, 50.0, 38.0], pattern="echelon")
     with under_way(mission) as voyage:
