@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from bench.batch_rows import batch_rows, lockstep_rows
+from bench.batch_rows import batch_rows, lockstep_rows, rules_row
 from bench.fleet_rows import fleet_rows, tick_rows
 from bench.gcs_rows import gcs_rows
 from bench.link_rows import link_rows
@@ -23,6 +23,7 @@ ROWS: dict[str, Callable[[Table, bool], None]] = {
     "step": step_rows,
     "codec": codec_rows,
     "batch": batch_rows,
+    "rules": rules_row,
     "lockstep": lockstep_rows,
     "help": help_rows,
     "agent": agent_rows,

@@ -24,6 +24,7 @@ from fleet.sim.batch import Scenarios, run
 from fleet.sim.batch.families import crossing, two_boat
 from fleet.sim.lockstep import sail_lockstep
 from fleet.sim.share import Options
+from fleet.sim.sweep.family import load as load_family
 
 SAILED_S = 120.0  # the encounters lie within
 SIZES = {2: (1, 2, 10, 100, 1000, 10_000), 8: (8, 1000, 10_000)}  # boats, by boats of a scenario
@@ -147,6 +148,25 @@ def _apart_row(table: Table, cases: int) -> None:
             note=f"two sail {2.0 * cpu_1 / cpu_2:.2f} times as much by CPU, {2.0 * wall_1 / wall_2:.2f} by the wall",
         )
     )
+
+
+def rules_row(table: Table, quick: bool) -> None:
+    """Everything at once (family `fleet`: errors, current, loss, delay, two kinds of hull) beside exact encounters."""
+    cases = 60 if quick else 250
+    family = load_family("fleet", boats=8)
+    plain = scenarios_of(8 * cases, 8)
+    every = structs.replace(family.scenarios(1, 0, range(cases)), limit_s=np.full(cases, SAILED_S))
+    spent = [(sailed(plain, "scoring"), sailed(every, "scoring")) for _ in range(1 if quick else 3)]
+    us = statistics.median(s.us for _, s in spent)
+    for name, value, ratio, over in (
+        ("exact states, perfect radio", statistics.median(p.us for p, _ in spent), None, ""),
+        ("all rules, errors, current, loss, delay", us, statistics.median(s.us / p.us for p, s in spent), "exact"),
+    ):
+        note = f"{1.0 / value:.3f} M a second"
+        table.add(
+            Row(group=f"sweep of {cases} encounters of eight boats, CPU of a boat-tick", name=name, value=value,
+                unit="us", ratio=ratio, over=over, note=note)
+        )  # fmt: skip
 
 
 def _children(count: int, cases: int) -> tuple[float, float]:

@@ -88,6 +88,23 @@ def column(method: str, peers: int, *, conflict: bool = False) -> Scene:
     return scene
 
 
+def in_a_crowd(peers: int) -> Scene:
+    """A boat that meets all of its peers, from all sides at once, everybody with plain GNSS: all rules have work."""
+    scene = column("scoring", peers)
+    others = []
+    for k in range(peers):
+        bearing = 2.0 * math.pi * k / peers + 0.3
+        far = 25.0 + 4.0 * k
+        c, s = math.cos(bearing), math.sin(bearing)
+        peer = _peer(k + 1, scene.nav.x + far * c, scene.nav.y + far * s, 1.0)
+        others.append(structs.replace(peer, vx=-c, vy=-s, gx=-c, gy=-s, tx=-c, ty=-s, sigma=1.5, widen=0.3))
+    nav = structs.replace(scene.nav, sigma=1.5)
+    crowd = structs.replace(scene, peers=others, nav=nav)
+    crowd.state = structs.replace(crowd.state, keep=crowd.method.start(0.0, peers))
+    crowd.state = crowd.tick()[0]
+    return crowd
+
+
 def due(scene: Scene) -> Scene:
     """The same scene at a tick on which velocity scoring decides."""
     keep = structs.replace(scene.state.keep, countdown=scene.dt)

@@ -8,7 +8,7 @@ from itertools import cycle
 
 from msgspec import structs
 
-from bench.scenes import boat_state, column, due
+from bench.scenes import boat_state, column, due, in_a_crowd
 from bench.table import Row, Table
 from bench.timing import CALIBRATION, Timed, calibration, timed
 from fleet.wire.codec import decode_state, encode
@@ -16,6 +16,7 @@ from fleet.wire.codec import decode_state, encode
 PEERS = (1, 4, 10, 50)
 STEP_AIM_US = {10: 60.0, 50: 100.0}
 DECIDE_AIM_US = 1000.0
+ALL_RULES_AIM_US = 2000.0
 
 
 def step_rows(table: Table, quick: bool) -> None:
@@ -38,6 +39,11 @@ def step_rows(table: Table, quick: bool) -> None:
         assert searching.tick()[1].avoiding == 1.0
         t = timed(searching.tick, repetitions)
         table.add(_row(f"scoring, {peers} peers, deciding, searching", t, DECIDE_AIM_US if peers <= 10 else None))
+    crowd = due(in_a_crowd(10))
+    assert crowd.tick()[1].avoiding == 1.0
+    t = timed(crowd.tick, repetitions)
+    note = "all ten in conflict, margins for GNSS"
+    table.add(_row("scoring, 10 peers, deciding with all rules", t, ALL_RULES_AIM_US, note))
     _rested_row(table, quick)
     blocked = column("circle", 10, conflict=True)
     near = structs.replace(blocked.peers[-1], x=blocked.nav.x + 9.0)  # within 2 R: the circle acts

@@ -183,7 +183,7 @@ def test_a_boat_whose_slot_lies_inside_anothers_circle_holds_beside_it_and_nobod
             voyage.sail(0.5)
         voyage.fleet.hold(["b1"])
         voyage.sail(35.0)
-        turned = {b: 0.0 for b in ("b1", "b2", "b3")}
+        turned = dict.fromkeys(("b1", "b2", "b3"), 0.0)
         voyage.watch.append(lambda: turned.update({b: turned[b] + 0.1 * voyage.agent(b).nav.r for b in turned}))
         voyage.sail(25.0)
         assert {voyage.agent(b).decision.mode for b in turned} == {Mode.HOLD}
