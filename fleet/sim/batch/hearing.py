@@ -40,7 +40,7 @@ class Message(Struct, Generic[R], frozen=True, gc=False):
     mode: R
     revision: R  # of the formation in force
     y_e: R  # its cross-track error [m]
-    e: R  # its along-path error [m]
+    e: R = 0.0  # type: ignore[assignment]  # its along-path error [m]
 
 
 class Column(Struct, Generic[R], frozen=True, gc=False):
