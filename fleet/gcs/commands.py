@@ -155,6 +155,14 @@ def set_mode(v: Vehicle, station: Station, mode: int, answer: Answer) -> None:
         _wish(v, station, name, "return", answer, asked=mode)
 
 
+def set_mode_unanswered(v: Vehicle, station: Station, mode: int) -> None:
+    """SET_MODE, the old way, that nobody acknowledges; one at a time."""
+    key = (*station, -1)
+    if key not in v.busy:
+        v.busy.add(key)
+        set_mode(v, station, mode, lambda result: v.busy.discard(key))
+
+
 def _hold(v: Vehicle, station: Station, mode: int, name: str, answer: Answer) -> None:
     """Anybody may stop a boat, and one that is not heard is asked all the same."""
     state = v.shared.state(v.boat)

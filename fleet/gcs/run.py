@@ -41,6 +41,9 @@ class GcsConfig(Struct, frozen=True, kw_only=True):
 
     def check(self) -> list[str]:
         """What is to be said at every start; UsageError for what cannot work."""
+        dialect()
+        if self.signing_key:
+            Signing(self.signing_key, "--signing-key")
         if self.autopilot not in ("ardupilot", "generic"):
             raise UsageError(f"--autopilot {self.autopilot!r}: expected ardupilot or generic")
         try:

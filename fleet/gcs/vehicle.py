@@ -166,7 +166,7 @@ class Vehicle:
         elif kind in ("COMMAND_LONG", "COMMAND_INT"):
             commands.obey(self, station, m)
         elif kind == "SET_MODE":
-            commands.set_mode(self, station, m.custom_mode, lambda result: None)
+            commands.set_mode_unanswered(self, station, m.custom_mode)
         elif kind == "PARAM_REQUEST_LIST":
             for number, parameter in enumerate(PARAMETERS):
                 self._tell_parameter(peer, parameter.name, number)

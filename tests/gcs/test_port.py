@@ -109,6 +109,7 @@ def test_beyond_this_machine_needs_a_key_or_a_word(tmp_path: Path) -> None:
     assert GcsConfig(endpoints=where, insecure=True).check() == [
         "INSECURE: whoever reaches udp:10.0.0.5:14550 can command the boats (--insecure)"
     ]
+    (tmp_path / "key").write_text("a long passphrase")
     assert GcsConfig(endpoints=where, signing_key=str(tmp_path / "key")).check() == []
     assert GcsConfig().check() == []
     with pytest.raises(UsageError, match="expected ardupilot or generic"):
