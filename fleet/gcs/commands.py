@@ -200,6 +200,10 @@ def start(v: Vehicle, station: Station, answer: Answer) -> None:
     except FleetError as error:
         refuse(v, station, answer, f"AUTO refused: {error}")
         return
+    roster = [boat.name for boat in mission.boats]
+    if v.boat not in roster:
+        refuse(v, station, answer, f"AUTO refused: what was uploaded is for {', '.join(roster)}")
+        return
 
     def then(done: Done) -> None:
         if not done.ok:

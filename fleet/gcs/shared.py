@@ -8,7 +8,7 @@ from fleet.errors import FleetError
 from fleet.gcs.chart import PATTERNS, Basis, Draft, Pose, chart, formation_of
 from fleet.gcs.items import Course, Item, items_of, milestones
 from fleet.gcs.seat import Seat
-from fleet.mission.model import Mission
+from fleet.mission.model import Geographic, Mission
 from fleet.mission.pattern import Shape
 from fleet.mission.plan import Plan, build, shape_of
 from fleet.operator.fleet import BoatView
@@ -38,6 +38,7 @@ class Shared:
         self.draft = Draft()
         self.views: dict[str, BoatView] = {}
         self.plans: dict[str, Plan] = {}  # by mission id
+        self.homes: dict[str, Geographic] = {}  # by mission id, where the mission has one
         self.charted: Charted | None = None  # for the formation
         self.own_stops: set[str] = set()  # ids of stops that this bridge said
         self._accepted: dict[tuple[str, str], tuple[float, float]] = {}  # (boat or '', name) -> value, until
@@ -64,10 +65,14 @@ class Shared:
         while len(self.plans) >= MOST_PLANS:
             gone = next(iter(self.plans))
             del self.plans[gone]
+            self.homes.pop(gone, None)
             for kept in (self._shown, self._stones):
                 for key in [key for key in kept if key[0] == gone]:
                     del kept[key]
         self.plans[mission_id] = plan
+        if plan.home is not None:
+            lat_deg, lon_deg = plan.plane.to_geographic(*plan.home)
+            self.homes[mission_id] = Geographic(lat_deg=lat_deg, lon_deg=lon_deg)
 
     def plan(self, boat: str) -> Plan | None:
         """Of the mission that it holds."""

@@ -9,7 +9,7 @@ from msgspec import Struct
 
 from fleet.gcs import numbers as n
 from fleet.gcs.items import Item, item_of, refusal
-from fleet.gcs.seat import Peer
+from fleet.gcs.seat import Peer, Station
 
 AGAIN_S, CANCEL_S = 1.0, 8.0
 MOST = 500  # items
@@ -40,12 +40,15 @@ class Missions:
         say: Callable[[Peer, int, str], None],
         shown: Callable[[], tuple[Item, ...]],
         complete: Callable[[Peer, tuple[Item, ...]], None],
+        refusal: Callable[[Station], str],
         *,
         home_first: bool,
     ) -> None:
-        """Args: send: a message to a peer; say: a STATUSTEXT; shown: what is downloaded; complete: an upload is."""
+        """Args: send, say: a message, a STATUSTEXT to a peer; shown: what is downloaded; complete: an upload is;
+        refusal: why a station may not upload.
+        """
         self._mavlink, self._send, self._say = mavlink, send, say
-        self._shown, self._complete, self._home_first = shown, complete, home_first
+        self._shown, self._complete, self._home_first, self._refusal = shown, complete, home_first, refusal
         self._down: dict[Peer, tuple[Item, ...]] = {}  # a download keeps to what it began with
         self.upload: Upload | None = None
 
@@ -97,6 +100,11 @@ class Missions:
             self._acknowledge(peer, source, n.MISSION_DENIED)
             self._say(peer, n.WARNING, "another ground station is uploading")
             return
+        why = self._refusal((peer, source[0]))
+        if why:
+            self._acknowledge(peer, source, n.MISSION_DENIED)
+            self._say(peer, n.WARNING, f"mission refused: {why}")
+            return
         if m.count > MOST:
             self.upload = None
             self._acknowledge(peer, source, n.NO_SPACE)
@@ -111,6 +119,11 @@ class Missions:
         upload = self.upload
         if upload is not None and (upload.peer, upload.source) != (peer, source):
             self._acknowledge(peer, source, n.MISSION_DENIED, kind)
+            return
+        why = self._refusal((peer, source[0]))
+        if why:
+            self._acknowledge(peer, source, n.MISSION_DENIED, kind)
+            self._say(peer, n.WARNING, f"clearing refused: {why}")
             return
         self.upload = None
         self._complete(peer, ())

@@ -53,7 +53,9 @@ class Vehicle:
         """Args: send: a message to a peer, None to all; ask: a wish, and what to do when it is done."""
         self.mavlink, self.boat, self.sysid, self.shared = mavlink, boat, sysid, shared
         self.send, self._ask, self._autopilot = send, ask, autopilot
-        self.missions = Missions(mavlink, send, self.say, self.items, self._uploaded, home_first=shared.home_first)
+        self.missions = Missions(
+            mavlink, send, self.say, self.items, self._uploaded, self._may, home_first=shared.home_first
+        )
         self.ready = self.alone = False
         self.alone_charted: Charted | None = None
         self.going = ""  # id of the mission that is a go-to
@@ -114,7 +116,8 @@ class Vehicle:
         items = self.items()
         sails = state.mode != Mode.STANDBY
         shown = self.shown or Shown(state, autopilot=self._autopilot)
-        shown.state, shown.status, shown.home = state, view.status, self._home
+        shown.state, shown.status = state, view.status
+        shown.home = self.shared.homes.get(state.mission_id, self._home)
         shown.mode = display.shown_mode(state, going, self.asked, self.asked_s, now_s)
         shown.armed = display.armed(state, self.ready)
         shown.items = len(items)
@@ -193,6 +196,10 @@ class Vehicle:
         payload = list(answer.ljust(251, b"\0"))
         to = (m.get_srcSystem(), m.get_srcComponent())
         self.send(peer, self.mavlink.MAVLink_file_transfer_protocol_message(0, *to, payload))
+
+    def _may(self, station: Station) -> str:
+        """Why a station may not command; '' when it may."""
+        return self.shared.seat.refusal(station, self.now_s)
 
     # -- missions --------------------------------------------------------------------------------------------------
     @property

@@ -85,7 +85,7 @@ WRONG: list[tuple[list[str], int, str]] = [
         "error: /nowhere: no such folder; expected one made by `fleet credentials`",
     ),
     (["status", "--connect", "tcp/192.0.2.1:7447"], 2, "error: --connect 'tcp/192.0.2.1:7447' leaves this machine"),
-    (["gcs", "--endpoint", "tcp:127.0.0.1:1"], 2, "error: --endpoint 'tcp:127.0.0.1:1': expected udp:HOST:PORT or udpin"),
+    (["gcs", "--endpoint", "tcp:127.0.0.1:1"], 2, "error: --endpoint 'tcp:127.0.0.1:1': expected udp:HOST:PORT or"),
     (["gcs", "--endpoint", "udp:10.0.0.5:14550"], 2, "expected --signing-key FILE, or --insecure on a network"),
     (["gcs", "--autopilot", "px4"], 2, "error: --autopilot 'px4': expected ardupilot or generic"),
     (["gcs", "--sysid", "b1=0"], 2, "error: --sysid 'b1=0': expected BOAT=N with N from 1 to 250, such as b1=1"),

@@ -255,3 +255,26 @@ def _items(places: tuple[Geographic, ...]) -> list[Item]:
         Item(i + 1, 3, 16, 0, 1, none, round(p.lat_deg * 1e7), round(p.lon_deg * 1e7), 0.0)
         for i, p in enumerate(places)
     ]
+
+
+def test_who_does_not_command_does_not_exchange_what_waits() -> None:
+    deck = Deck("b1")
+    second = deck.join(sysid=254)
+    deck.station.upload(1, SQUARE)
+    deck.does("chart")
+    assert second.upload(1, mission((0.0, 0.0), (50.0, 0.0))) == DENIED
+    assert second.texts() == ["mission refused: another ground station commands; FLT_CONTROL 1 takes over"]
+    second.say("mission_clear_all", 1, 1, 0)
+    assert second.last("MISSION_ACK").type == DENIED
+    assert len(deck.station.download(1)) == len(SQUARE)
+
+
+def test_a_boat_that_is_not_in_the_roster_does_not_start_the_others() -> None:
+    held = load("harbour")
+    deck = Deck(*(boat.name for boat in held.boats), "stranger")
+    deck.sails(held, "5000-anna")
+    deck.station.upload(1, SQUARE)
+    deck.does("chart")
+    deck.station.mode(len(held.boats) + 1, 10)
+    assert "AUTO refused: what was uploaded is for b1" in deck.station.texts(len(held.boats) + 1)[-1]
+    assert not deck.wishes
