@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from bench.batch_rows import batch_rows, lockstep_rows, rules_row
+from bench.driver_rows import driver_rows
 from bench.fleet_rows import fleet_rows, tick_rows
 from bench.gcs_rows import gcs_rows
 from bench.link_rows import link_rows
@@ -30,6 +31,7 @@ ROWS: dict[str, Callable[[Table, bool], None]] = {
     "link": link_rows,
     "gcs": gcs_rows,
     "tick": tick_rows,
+    "drivers": driver_rows,
     "fleets": fleet_rows,
 }
 

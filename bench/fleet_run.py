@@ -7,6 +7,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
@@ -17,6 +18,7 @@ from bench.timing import calibration, percentile
 from fleet.agent.clock import warped
 from fleet.mission.load import encode
 from fleet.operator import Fleet
+from fleet.sim.device import DriverKind
 from fleet.sim.processes import Processes
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -75,7 +77,9 @@ class Result(msgspec.Struct):
     worst_launch_ms: float  # CPU of the tick that takes the mission, median over the agents
 
 
-def run(boats: int, standby_s: float, sailing_s: float, say: Callable[[str], None]) -> Result:
+def run(
+    boats: int, standby_s: float, sailing_s: float, say: Callable[[str], None], driver: DriverKind = "simulated"
+) -> Result:
     """Start, watch in standby, launch, watch sailing, end."""
     os.environ["PYTHONPATH"] = str(ROOT)
     plan = mission(boats)
@@ -85,7 +89,8 @@ def run(boats: int, standby_s: float, sailing_s: float, say: Callable[[str], Non
         (folder / "boats").mkdir()
         mission_file = folder / "mission.bin"
         mission_file.write_bytes(encode(plan))
-        processes = Watched(folder, warped(1.0), names, fleet=FLEET, topology="hub", seed=1, record=True, control_hz=HZ)
+        options: dict[str, Any] = {"fleet": FLEET, "topology": "hub", "seed": 1, "record": True, "control_hz": HZ}
+        processes = Watched(folder, warped(1.0), names, driver=driver, **options)
         began = time.monotonic()
         try:
             processes.start_hub()

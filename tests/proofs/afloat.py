@@ -95,10 +95,11 @@ class Afloat:
         self.devices: dict[str, Any] = {name: device(kind, self.world, name, 1.0) for name in names}
         port = free_port()
         self._connect = (f"tcp/127.0.0.1:{port}",)
-        module = [sys.executable, "-m", "fleet.sim.hub_process", f"tcp/127.0.0.1:{port}", str(LEASE_MS)]
+        listens = LinkConfig(topology="hub", listen=self._connect, lease_ms=LEASE_MS)
+        module = [sys.executable, "-m", "fleet.sim.hub_process", msgspec.json.encode(listens).decode()]
         self.hub = subprocess.Popen(module, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         assert self.hub.stdout is not None
-        self.hub.stdout.readline()
+        assert self.hub.stdout.readline(), "no hub"
         self.boats = [Boat(name, folder, self._config(name, folder)) for name in names]
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="world")
