@@ -10,6 +10,8 @@ import sys
 import tempfile
 import time
 
+import msgspec
+
 from bench.link_process import FLEET
 from bench.procs import memory_mib, threads
 from bench.table import Row, Table
@@ -17,6 +19,7 @@ from bench.timing import REFERENCE_US, calibration, timed
 from fleet.drivers.mavlink.frames import Frames
 from fleet.drivers.mavlink.words import dialect
 from fleet.sim.processes import free_port
+from fleet.wire.link import LinkConfig
 
 GROUP = "a ground-station bridge, 50 boats at 10 Hz, one ground station"
 BOATS = 50
@@ -67,7 +70,7 @@ def gcs_rows(table: Table, quick: bool) -> None:
 
     with tempfile.TemporaryDirectory() as folder:
         try:
-            start("fleet.sim.hub_process", endpoint, "2000")
+            start("fleet.sim.hub_process", msgspec.json.encode(LinkConfig(topology="hub", listen=(endpoint,))).decode())
             start("bench.gcs_process", endpoint, str(BOATS))
             where = f"udp:127.0.0.1:{station.socket.getsockname()[1]}"
             options = ("--fleet", FLEET, "--connect", endpoint, "--endpoint", where, "--state-dir", folder)

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 
+import msgspec
 import zenoh
 from msgspec import structs
 
@@ -35,7 +36,7 @@ def _spawn(*argv: str) -> subprocess.Popen[bytes]:
 def link_rows(table: Table, quick: bool) -> None:
     """Bare message and state in turn, paced."""
     endpoint = f"tcp/127.0.0.1:{free_port()}"
-    hub = _spawn("fleet.sim.hub_process", endpoint, "2000")
+    hub = _spawn("fleet.sim.hub_process", msgspec.json.encode(LinkConfig(topology="hub", listen=(endpoint,))).decode())
     receiver = _spawn("bench.link_process", endpoint)
     try:
         _send(endpoint, 200 if quick else 1000)

@@ -62,7 +62,7 @@ class Bridge:
         self._then: dict[int, Callable[[Done], None]] = {}
         self._number = 0
         self._looked_s: dict[str, float] = {}
-        self._admitted: set[str] = set()
+        self._admitted: dict[str, None] = {}
         self._began_s: float | None = None
         self._own = mavlink.MAVLink(None, srcSystem=0, srcComponent=n.COMPANION)
         self._texts = 0
@@ -72,13 +72,16 @@ class Bridge:
         """What the fleet says now."""
         self.shared.views = dict(views)
         self._began_s = now_s if self._began_s is None else self._began_s
-        for boat in sorted(views, key=in_order):
-            view = views[boat]
+        new = sorted((boat for boat in views if boat not in self._admitted), key=in_order)
+        for boat in (*self._admitted, *new):
+            view = views.get(boat)
+            if view is None:
+                continue
             if view.status is None or view.state is None:  # its status says whether it has an autopilot of its own
                 continue
             waits = now_s - self._began_s < GATHER_S and not self._sysids.knows(boat)
             if not waits and boat not in self._admitted:
-                self._admitted.add(boat)
+                self._admitted[boat] = None
                 self._admit(boat, view.status.autopilot)
             mission_id = view.state.mission_id
             if mission_id and mission_id not in self.shared.plans and view.alive:

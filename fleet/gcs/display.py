@@ -11,6 +11,11 @@ STANDBY, ACTIVE, CRITICAL = 3, 4, 5  # system_status
 WAIT_S = 5.0  # a mode that was asked for and accepted is shown so long before the boat is seen in it
 GENERIC_MODES = {AUTO: 4 | 8, GUIDED: 8, RTL: 4 | 8, SMART_RTL: 4 | 8, LOITER: 16, HOLD: 0}  # bits of base_mode
 
+NAVIGATION, AUTHORITY, DRIVER, EMPTY = map(
+    int, (Reason.NAVIGATION, Reason.AUTHORITY, Reason.DRIVER, Reason.BATTERY_CRITICAL)
+)  # plain numbers: an `&` of flags costs a microsecond
+BAD = NAVIGATION | AUTHORITY | DRIVER | EMPTY
+
 
 def modes_of(state: BoatState, going: bool) -> tuple[int, ...]:
     """Modes that a boat may be shown in now; the first one unless another of them was asked for."""
@@ -55,25 +60,24 @@ def base_mode(mode: int, is_armed: bool) -> int:
 
 def system_status(state: BoatState) -> int:
     """Of the HEARTBEAT."""
-    bad = Reason.AUTHORITY | Reason.DRIVER | Reason.NAVIGATION | Reason.BATTERY_CRITICAL
-    if state.mode == Mode.FAULT or int(state.reasons) & int(bad):
+    if state.mode == Mode.FAULT or state.reasons & BAD:
         return CRITICAL
     return ACTIVE if state.mode in UNDER_ORDERS else STANDBY
 
 
 def sound(state: BoatState) -> bool:
     """Whether its position is one."""
-    return state.mode != Mode.FAULT and not state.reasons & Reason.NAVIGATION
+    return state.mode != Mode.FAULT and not state.reasons & NAVIGATION
 
 
 def why_not_ready(state: BoatState) -> str:
     """Why it cannot be armed; '' when it can."""
     if state.mode == Mode.FAULT or not sound(state):
         return "own navigation is stale or not finite"
-    if state.reasons & Reason.AUTHORITY:
+    if state.reasons & AUTHORITY:
         return "somebody else commands the boat"
-    if state.reasons & Reason.DRIVER:
+    if state.reasons & DRIVER:
         return "the driver cannot command the boat"
-    if state.reasons & Reason.BATTERY_CRITICAL:
+    if state.reasons & EMPTY:
         return "battery critical"
     return ""

@@ -20,6 +20,8 @@ from fleet.gcs.wishes import Done, Kind
 from fleet.mission.model import Geographic
 
 HEARTBEAT_S = 1.0
+PERIODS = {message: 1.0 / hz for message, hz in RATES.items()}
+STAGGER_S, STAGGERED = 0.05, 5  # vehicles do not all speak at once
 QUIET_S = 3.0  # without a state
 TEXTS_S, MOST_TEXTS = 0.2, 10  # one more text in so long, and so many at once
 WATCHED_S = 1.0  # between two looks whether a parameter has changed
@@ -68,6 +70,7 @@ class Vehicle:
         self._beat_s = -math.inf
         self._beaten: tuple[int, bool, int] | None = None
         self._due: dict[int, float] = {}
+        self._next_s = 0.0
         self._item = 0
         self._texts, self._room, self._room_s = 0, float(MOST_TEXTS), 0.0
         self._values: dict[str, float] = {}
@@ -87,21 +90,28 @@ class Vehicle:
             return
         shown = self._look(now_s)
         if self.quiet:
-            self.quiet, self._due = False, {}
+            self.quiet, self._next_s = False, now_s + STAGGER_S * (self.sysid % STAGGERED)
+            self._due = dict.fromkeys(PERIODS, self._next_s)
             self._beaten = None
         beat = (shown.mode, shown.armed, display.system_status(shown.state))
         if beat != self._beaten or now_s - self._beat_s >= HEARTBEAT_S:
             self._beaten, self._beat_s = beat, now_s
             self.send(None, heartbeat(self.mavlink, shown))
-        for message, hz in RATES.items():
-            due = self._due.get(message, -math.inf)
-            if now_s >= due:
-                self._due[message] = max(due + 1.0 / hz, now_s)
-                self.send(None, MAKERS[message](self.mavlink, shown))
+        if now_s >= self._next_s:
+            self._stream(now_s, shown)
         self._progress(shown)
         if now_s - self._watched_s >= WATCHED_S:
             self._watched_s = now_s
             self._watch()
+
+    def _stream(self, now_s: float, shown: Shown) -> None:
+        """The messages that are due."""
+        for message, period_s in PERIODS.items():
+            due_s = self._due[message]
+            if now_s >= due_s:
+                self._due[message] = due_s + period_s if now_s - due_s < period_s else now_s + period_s
+                self.send(None, MAKERS[message](self.mavlink, shown))
+        self._next_s = min(self._due.values())
 
     def _look(self, now_s: float) -> Shown:
         """What the boat looks like now."""

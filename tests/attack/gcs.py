@@ -40,6 +40,7 @@ class Result(Struct):
     most_out: int = 0  # datagrams in one tick
     taken: int = 0
     bad: int = 0
+    unchanged: int = 0  # mutated back into what they were, and not sent
     seconds: float = 0.0
 
 
@@ -110,6 +111,9 @@ def attack(count: int, seed: int = 1) -> Result:
         for _ in range(min(A_TICK, count - result.sent)):
             peer = (0, ("127.0.0.1", draw.randrange(40)))
             frame = spoil(draw, draw.choice(good)) if noise else drawn(draw, codec)
+            if noise and frame in good:
+                result.unchanged += 1
+                continue
             bridge.hear(peer, frame, deck.now_s)
             result.sent += 1
         wishes = bridge.take_wishes()
