@@ -1,30 +1,25 @@
-"""What a ground station's commands and modes mean for a boat of a fleet."""
+"""What a ground station's commands mean for a boat of a fleet."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from fleet.agent.modes import Mode, Reason
-from fleet.drivers.mavlink.words import AUTO, GUIDED, HOLD, LOITER, mode_name
+from fleet.drivers.mavlink.words import AUTO, GUIDED, HOLD, LOITER
 from fleet.errors import FleetError
-from fleet.gcs import display
+from fleet.gcs import display, tuning
 from fleet.gcs import numbers as n
 from fleet.gcs.chart import Pose, straight_to
 from fleet.gcs.items import place_of
+from fleet.gcs.modes import Answer, accept, hold, refuse, set_mode, state_of, tears
 from fleet.gcs.seat import Station
 from fleet.gcs.telemetry import MAKERS
-from fleet.gcs.wishes import Done, Kind
-from fleet.wire.messages import BoatState
+from fleet.gcs.wishes import Done
 
 if TYPE_CHECKING:
     from fleet.gcs.vehicle import Vehicle
 
-Answer = Callable[[int], None]
-"""Takes the result of a command."""
 NOWHERE = 2**31 - 1  # of a coordinate that is left as it is
-SAILS = (Mode.FOLLOW, Mode.AVOID, Mode.ALONE)
 
 
 def obey(v: Vehicle, station: Station, m: Any) -> None:
@@ -87,149 +82,6 @@ def hand_out(v: Vehicle, station: Station, number: int, answer: Answer) -> None:
     v.send(station[0], MAKERS[number](v.mavlink, v.shown))
 
 
-def refuse(v: Vehicle, station: Station, answer: Answer, why: str, result: int = n.DENIED) -> None:
-    """Say why, and that it is not done."""
-    v.say(station[0], n.WARNING, why)
-    answer(result)
-
-
-def _state(v: Vehicle, station: Station, what: str, answer: Answer) -> BoatState | None:
-    """The boat's state; refuses where it is not heard."""
-    state = v.shared.state(v.boat)
-    if state is None or v.quiet:
-        refuse(v, station, answer, f"{what} refused: {v.boat} is not heard", n.FAILED)
-        return None
-    return state
-
-
-def _wish(
-    v: Vehicle, station: Station, what: str, kind: Kind, answer: Answer, *, asked: int = -1, value: Any = None
-) -> None:
-    """Ask the fleet; acknowledge when it has answered."""
-
-    def then(done: Done) -> None:
-        if not done.ok:
-            refuse(v, station, answer, f"{what} refused: {done.text}", n.FAILED if done.silent else n.DENIED)
-            return
-        if done.text:
-            v.tell(n.NOTICE, f"{what}: {done.text}")
-        accept(v, asked, answer)
-
-    v.ask(kind, value, then)
-
-
-def accept(v: Vehicle, asked: int, answer: Answer) -> None:
-    """It is done: acknowledged, and shown at once."""
-    if asked >= 0:
-        v.asked, v.asked_s = asked, v.now_s
-    answer(n.ACCEPTED)
-    v.beat()
-
-
-# -- modes ---------------------------------------------------------------------------------------------------------
-def set_mode(v: Vehicle, station: Station, mode: int, answer: Answer) -> None:
-    """HOLD, LOITER: hold. AUTO: start or resume. RTL: return. GUIDED: hold, and wait for a place to go to."""
-    name = mode_name(mode)
-    if mode not in n.OBEYED_MODES:
-        known = ", ".join(mode_name(one) for one in n.OBEYED_MODES)
-        refuse(v, station, answer, f"{name} refused: boats of a fleet know {known}")
-        return
-    if mode in (HOLD, LOITER):
-        _hold(v, station, mode, name, answer)
-        return
-    state = _state(v, station, name, answer)
-    if state is None:
-        return
-    if mode == GUIDED:
-        if state.mode in SAILS or state.mode == Mode.RETURN:
-            _hold(v, station, mode, name, answer)
-        else:
-            accept(v, mode, answer)
-        return
-    why = v.shared.seat.refusal(station, v.now_s)
-    if why:
-        refuse(v, station, answer, f"{name} refused: {why}")
-    elif mode == AUTO:
-        _auto(v, station, state, answer)
-    else:
-        _wish(v, station, name, "return", answer, asked=mode)
-
-
-def set_mode_unanswered(v: Vehicle, station: Station, mode: int) -> None:
-    """SET_MODE, the old way, that nobody acknowledges; one at a time."""
-    key = (*station, -1)
-    if key not in v.busy:
-        v.busy.add(key)
-        set_mode(v, station, mode, lambda result: v.busy.discard(key))
-
-
-def _hold(v: Vehicle, station: Station, mode: int, name: str, answer: Answer) -> None:
-    """Anybody may stop a boat, and one that is not heard is asked all the same."""
-    state = v.shared.state(v.boat)
-    if mode == HOLD and state is not None and state.mode == Mode.STANDBY and not v.quiet:
-        accept(v, mode, answer)  # it has no thrust; LOITER makes it keep station
-        return
-    _wish(v, station, name, "hold", answer, asked=mode)
-
-
-def _auto(v: Vehicle, station: Station, state: BoatState, answer: Answer) -> None:
-    """What was uploaded and waits is started; else the boat goes on with the mission that it holds."""
-    charted = v.charted
-    over = not state.mission_id or bool(state.reasons & (Reason.MISSION_ENDED | Reason.ABORTED))
-    if charted is not None and (not charted.mission_id or over):
-        start(v, station, answer)
-    elif state.mode in SAILS:
-        accept(v, AUTO, answer)
-    elif over:
-        why = "the mission has ended" if state.mission_id else "no mission"
-        refuse(v, station, answer, f"AUTO refused: {why}; upload one", n.FAILED)
-    else:
-        _wish(v, station, "AUTO", "resume", answer, asked=AUTO)
-
-
-def start(v: Vehicle, station: Station, answer: Answer) -> None:
-    """Launch what was uploaded, as the formation is now."""
-    charted = v.charted
-    assert charted is not None
-    why = _tears(v, "a mission of its own") if charted.alone else ""
-    if why:
-        refuse(v, station, answer, f"AUTO refused: {why}")
-        return
-    try:
-        mission = v.shared.mission_for(charted.course, charted.boat, alone=charted.alone)
-    except FleetError as error:
-        refuse(v, station, answer, f"AUTO refused: {error}")
-        return
-    roster = [boat.name for boat in mission.boats]
-    if v.boat not in roster:
-        refuse(v, station, answer, f"AUTO refused: what was uploaded is for {', '.join(roster)}")
-        return
-
-    def then(done: Done) -> None:
-        if not done.ok:
-            refuse(v, station, answer, f"AUTO refused: {done.text}", n.FAILED if done.silent else n.DENIED)
-            return
-        charted.mission_id = done.value or "?"
-        v.shared.learn(charted.mission_id, mission)
-        if done.text:
-            v.tell(n.WARNING, f"AUTO: {done.text}")
-        accept(v, AUTO, answer)
-
-    v.ask("start", mission, then)
-
-
-def _tears(v: Vehicle, what: str) -> str:
-    """Why a boat cannot leave its formation now; '' when it sails in none."""
-    state = v.shared.state(v.boat)
-    company = v.shared.in_company(v.boat)
-    if state is not None and state.mode in SAILS and company > 1:
-        return f"{what} would take {v.boat} out of a formation of {company}; HOLD it first"
-    if state is not None and state.mode in SAILS and state.mission_id and not company:
-        return f"{v.boat} sails a mission that is not known here yet"
-    return ""
-
-
-# -- the rest ------------------------------------------------------------------------------------------------------
 def arm(v: Vehicle, station: Station, m: Any, answer: Answer) -> None:
     """Arm: lift our own stop, take control if nobody has it, be ready. Disarm: no thrust until armed again."""
     if m.param1 == 0.0:
@@ -238,7 +90,7 @@ def arm(v: Vehicle, station: Station, m: Any, answer: Answer) -> None:
     if m.param1 != 1.0 or m.param2 != 0.0:
         refuse(v, station, answer, "arming by force refused")
         return
-    state = _state(v, station, "arming", answer)
+    state = state_of(v, station, "arming", answer)
     if state is None:
         return
     foreign = [stop for stop in state.stops if stop not in v.shared.own_stops]
@@ -299,19 +151,19 @@ def change_speed(v: Vehicle, station: Station, speed_mps: float, answer: Answer)
         else:
             answer(n.ACCEPTED)
 
-    v.change("speed", speed_mps, "FLT_CRUISE", speed_mps, done)
+    tuning.change(v, "speed", speed_mps, "FLT_CRUISE", speed_mps, done)
 
 
 def go_to(v: Vehicle, station: Station, x: int, y: int, frame: int, speed_mps: float, answer: Answer) -> None:
     """Straight to a place and hold there: a mission of this boat alone, if that tears no formation."""
-    state = _state(v, station, "go-to", answer)
+    state = state_of(v, station, "go-to", answer)
     if state is None:
         return
     if x == NOWHERE and y == NOWHERE:  # stay
-        _hold(v, station, LOITER, "LOITER", answer)
+        hold(v, station, LOITER, "LOITER", answer)
         return
     target = place_of(x, y) if frame in n.GLOBAL_FRAMES else None
-    why = v.shared.seat.refusal(station, v.now_s) or _tears(v, "a go-to")
+    why = v.shared.seat.refusal(station, v.now_s) or tears(v, "a go-to")
     if target is None:
         why = f"frame {frame}, {x / 1e7:g}, {y / 1e7:g} is no position"
     if why:

@@ -8,10 +8,10 @@ from typing import Any
 
 from fleet.agent.modes import Mode
 from fleet.errors import FleetError
-from fleet.gcs import commands, display
+from fleet.gcs import commands, display, modes, tuning
 from fleet.gcs import numbers as n
 from fleet.gcs.items import Item, WrongItem, course_of, item_of
-from fleet.gcs.parameters import NUMBERS, PARAMETERS, worded, wrong
+from fleet.gcs.parameters import PARAMETERS
 from fleet.gcs.seat import Peer, Station
 from fleet.gcs.shared import Charted, Shared
 from fleet.gcs.telemetry import MAKERS, RATES, Shown, heartbeat, pieces
@@ -73,7 +73,7 @@ class Vehicle:
         self._next_s = 0.0
         self._item = 0
         self._texts, self._room, self._room_s = 0, float(MOST_TEXTS), 0.0
-        self._values: dict[str, float] = {}
+        self.values: dict[str, float] = {}
         self._watched_s = 0.0
 
     # -- time ------------------------------------------------------------------------------------------------------
@@ -102,7 +102,7 @@ class Vehicle:
         self._progress(shown)
         if now_s - self._watched_s >= WATCHED_S:
             self._watched_s = now_s
-            self._watch()
+            tuning.watch(self)
 
     def _stream(self, now_s: float, shown: Shown) -> None:
         """The messages that are due."""
@@ -179,14 +179,14 @@ class Vehicle:
         elif kind in ("COMMAND_LONG", "COMMAND_INT"):
             commands.obey(self, station, m)
         elif kind == "SET_MODE":
-            commands.set_mode_unanswered(self, station, m.custom_mode)
+            modes.set_mode_unanswered(self, station, m.custom_mode)
         elif kind == "PARAM_REQUEST_LIST":
             for number, parameter in enumerate(PARAMETERS):
-                self._tell_parameter(peer, parameter.name, number)
+                tuning.tell_parameter(self, peer, parameter.name, number)
         elif kind == "PARAM_REQUEST_READ":
-            self._read_parameter(peer, m)
+            tuning.read_parameter(self, peer, m)
         elif kind == "PARAM_SET":
-            self._set_parameter(station, m)
+            tuning.set_parameter(self, station, m)
         elif kind == "MISSION_SET_CURRENT":
             self.say(peer, n.WARNING, "a boat begins where it is nearest to its path: items cannot be chosen")
         elif kind == "FILE_TRANSFER_PROTOCOL":
@@ -276,96 +276,3 @@ class Vehicle:
             self.send(peer, self.mavlink.MAVLink_mission_ack_message(*to, code, n.MISSION))
 
         commands.go_to(self, station, item.x, item.y, item.frame, 0.0, answer)
-
-    # -- parameters ------------------------------------------------------------------------------------------------
-    def value(self, name: str) -> float:
-        """Of a parameter, as it is in force."""
-        if name == "FLT_ALONE":
-            return float(self.alone)
-        if name == "FLT_CONTROL":
-            return float(self.shared.controls(self.boat) == self.shared.operator)
-        if name in ("MAV_SYSID", "ARMING_CHECK"):
-            return float(self.sysid) if name == "MAV_SYSID" else 1.0
-        return self.shared.value(self.boat, name, self.now_s)
-
-    def _tell_parameter(self, peer: Peer | None, name: str, number: int | None = None) -> None:
-        value = self._values[name] = self.value(name)
-        index = NUMBERS[name] if number is None else number
-        make = self.mavlink.MAVLink_param_value_message
-        self.send(peer, make(name.encode(), value, n.REAL32, len(PARAMETERS), index))
-
-    def _read_parameter(self, peer: Peer, m: Any) -> None:
-        if 0 <= m.param_index < len(PARAMETERS):
-            self._tell_parameter(peer, PARAMETERS[m.param_index].name)
-        elif m.param_index < 0 and m.param_id in NUMBERS:
-            self._tell_parameter(peer, m.param_id)
-
-    def _watch(self) -> None:
-        """Values that somebody else changed are told to all."""
-        for name, before in list(self._values.items()):
-            if self.value(name) != before:
-                self._tell_parameter(None, name)
-
-    def _set_parameter(self, station: Station, m: Any) -> None:
-        peer, name, value = station[0], m.param_id, float(m.param_value)
-        if name not in NUMBERS:
-            self.say(peer, n.WARNING, f"no parameter {name[:16]}")
-            return
-        parameter = PARAMETERS[NUMBERS[name]]
-        value = round(value, 6)  # a float32 of 0.3 is meant to be 0.3
-
-        def answer(why: str) -> None:
-            if why:
-                self.say(peer, n.WARNING, f"{name} refused: {why}" if not why.startswith(name) else why)
-            self._tell_parameter(None if not why else peer, name)
-
-        why = wrong(parameter, value)
-        if not why and name == "FLT_CONTROL":
-            self._take_control(station, value, answer)
-            return
-        why = why or self.shared.seat.refusal(station, self.now_s)
-        if why:
-            answer(why)
-        elif name == "FLT_ALONE":
-            self.alone = value == 1.0
-            answer("")
-        elif parameter.kind == "formation" and self.shared.plan(self.boat) is not None:
-            self.change(parameter.change, worded(parameter, value, self.boat), name, value, answer)
-        else:
-            answer(self._draft(parameter.field, worded(parameter, value, self.boat)))
-
-    def _draft(self, field: str, value: float | str) -> str:
-        """For the next mission; '' or why not."""
-        if not field:
-            return "no mission; slots are the boats' order until there is one"
-        state = self.shared.state(self.boat)
-        if state is not None and state.mode in (Mode.FOLLOW, Mode.AVOID) and self.shared.plan(self.boat) is not None:
-            return "not while the mission is sailed"
-        setattr(self.shared.draft, field, value)
-        return ""
-
-    def change(self, what: str, value: float | str, name: str, number: float, answer: Callable[[str], None]) -> None:
-        """Change the formation that boats sail, as an operator does."""
-
-        def then(done: Done) -> None:
-            if done.ok:
-                own = name == "FLT_SLOT"
-                self.shared.accept(self.boat if own else "", name, number, self.now_s)
-                if done.text:
-                    self.tell(n.WARNING, done.text)
-            answer("" if done.ok else done.text)
-
-        self.ask("set", (what, value), then)
-
-    def _take_control(self, station: Station, value: float, answer: Callable[[str], None]) -> None:
-        if value != 1.0:
-            answer("control is not given back; another operator takes it")
-            return
-
-        def then(done: Done) -> None:
-            if done.ok:
-                self.shared.seat.take(station)
-                self.tell(n.NOTICE, f"control is with {self.shared.operator}")
-            answer("" if done.ok else done.text)
-
-        self.ask("take", None, then)
