@@ -440,9 +440,12 @@ class Fleet:
         if trust is None:
             raise UsageError("sending the roster needs credentials; expected --credentials FOLDER")
         acks: dict[str, Ack | None] = dict.fromkeys((*self._bus.alive(), *(one.name for one in trust.members("hub"))))
-        for boat, answer in self._bus.ask_all(keys.ROSTER, trust.envelope, self.timeout_s).items():
-            with contextlib.suppress(Refused):
-                acks[boat] = decode(answer, Ack)
+        deadline = self._clock.monotonic() + self.timeout_s
+        while (left := deadline - self._clock.monotonic()) > 0.0 and (None in acks.values() or not acks):
+            for boat, answer in self._bus.ask_all(keys.ROSTER, trust.envelope, left).items():
+                with contextlib.suppress(Refused):
+                    acks[boat] = decode(answer, Ack)
+            self._clock.sleep(min(ASK_AGAIN_S, max(0.0, deadline - self._clock.monotonic())))
         olds = {ack.old for ack in acks.values() if ack is not None and ack.old}
         return Outcome("roster", "", acks, " | ".join(sorted(olds)), str(trust.roster.number))
 

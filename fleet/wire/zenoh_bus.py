@@ -30,6 +30,7 @@ LARGEST = 1 << 20  # bytes of a request, as the codec has it
 WAITING_BYTES = 8 << 20  # of requests not yet fetched
 MOST_PEERS = 256
 ROSTER_LOOK_S = 1.0
+SETTLE_S = 1.5  # between a newer roster and new rules: its bringer gets all answers first
 LINK_LOOK_NS = 20_000_000  # so long the answer to `link_up` holds: asking costs 25 us, a tick asks five times
 
 
@@ -79,7 +80,7 @@ class ZenohBus:
         number = self._connect()
         while self._trust is not None and not self._closing.wait(ROSTER_LOOK_S):
             self._trust.look()
-            if self._trust.roster.number != number:
+            if self._trust.roster.number != number and not self._closing.wait(SETTLE_S):
                 self._leave()
                 number = self._connect()
 

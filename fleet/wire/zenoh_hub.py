@@ -23,6 +23,7 @@ from fleet.wire.zenoh_link import direct, session_config
 
 log = logging.getLogger("fleet.wire")
 LOOK_S = 1.0
+SETTLE_S = 1.5  # between a newer roster and new rules: its bringer gets all answers first
 REOPEN_S = 5.0  # the port of the session before may take a moment to be free
 PULSE = "fleet-hub/pulse"  # a message to itself: what does not come back has not gone through
 
@@ -70,6 +71,7 @@ def run_hub(
                 stop.wait(LOOK_S)
                 if trust is not None:
                     trust.look()
+            stop.wait(SETTLE_S)
             zenoh_log.forget(session)
             for one in kept:
                 one.undeclare()

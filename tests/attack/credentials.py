@@ -62,6 +62,7 @@ class Yard:
         founded.issue("boat", REVOKED, now)
         founded.revoke(REVOKED, now)
         founded.issue("boat", EXPIRED, now - 86400.0, days=0.5)
+        stations = Path(shutil.copytree(self.place, folder / "stations"))  # as copied to their machines
         self.other = authority.create(folder / "other", FLEET, now)
         self.other.issue("boat", STRANGER, now)
         mission = folder / "mission.bin"
@@ -76,7 +77,7 @@ class Yard:
             topology=topology,
             seed=0,
             record=False,
-            credentials=self.place,
+            credentials=stations,
             transport=transport,
         )
         self.processes.start_hub()
@@ -248,8 +249,24 @@ def replayed(yard: Yard) -> Iterator[Row]:
     yield Row("a boat plays an operator's word again, after a restart", obeyed, yard.line(words))
 
 
+def revoked_under_way(yard: Yard) -> Iterator[Row]:
+    """A member of the fleet until its operator brings another roster."""
+    with imposter(FLEET, ROGUE, yard.at, yard.place / ROGUE, yard.place) as one:
+        assert one.hears("b1", keys.STATE), "a boat of the fleet reads its peers"
+        authority.load(yard.place).revoke(ROGUE, time.time())
+        with Fleet(FLEET, connect=yard.processes.connect, credentials=yard.place / OPERATOR, timeout_s=5.0) as fleet:
+            brought = fleet.send_roster()
+        began = time.monotonic()
+        until(lambda: not one.hears("b1", keys.STATE), PATIENCE_S)
+        took = time.monotonic() - began
+        time.sleep(1.0)
+        obeyed = not brought.ok or one.hears("b1", keys.STATE) or not yard.untouched()
+    yield Row(f"a boat revoked under way: {took:.0f} s", obeyed, yard.line(rf"boat {ROGUE} \(\w+\), revoked at"))
+
+
 def operator(yard: Yard) -> Iterator[Row]:
     """And the fleet still obeys whom it should."""
+    assert not yard.fleet.wait_for(BOATS, PATIENCE_S)
     outcome = yard.fleet.launch(yard.mission)
     sails = until(lambda: all(state.mission_id for state in yard.states()), PATIENCE_S)
     yield Row("the operator launches", outcome.ok and sails, "; ".join(outcome.lines()))
@@ -263,6 +280,7 @@ ATTACKS: tuple[Callable[[Yard], Iterator[Row]], ...] = (
     altered,
     stops,
     replayed,
+    revoked_under_way,
     operator,
 )
 
