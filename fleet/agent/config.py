@@ -67,6 +67,7 @@ class AgentConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
 
 
 LOOPBACK_HUB = "tcp/127.0.0.1:7447"
+SECURE_HUB = "tls/127.0.0.1:7447"
 FLAGS = {"driver.kind": "driver"}  # those that are not called as the last part of their key
 ENVIRONMENT: dict[str, str] = {
     "FLEET_BOAT": "boat",
@@ -163,7 +164,8 @@ def load_config(
     if wrong:
         raise ConfigError(wrong)
     if config.link.topology == "hub" and not config.link.connect:
-        return msgspec.structs.replace(config, link=msgspec.structs.replace(config.link, connect=(LOOPBACK_HUB,)))
+        hub = SECURE_HUB if config.link.credentials else LOOPBACK_HUB
+        return msgspec.structs.replace(config, link=msgspec.structs.replace(config.link, connect=(hub,)))
     return config
 
 

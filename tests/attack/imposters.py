@@ -20,6 +20,7 @@ from fleet.wire.messages import MAJOR, BoatState, Held, Signed, Stops
 
 NEAR_DEG = 0.0005  # 55 m
 PERIOD_S = 0.1
+RETRY = {"period_init_ms": 200, "period_max_ms": 500, "period_increase_factor": 1.5}
 
 
 def config(endpoint: str, folder: Path, authority: Path, *, shows: bool = True) -> zenoh.Config:
@@ -32,7 +33,7 @@ def config(endpoint: str, folder: Path, authority: Path, *, shows: bool = True) 
         json.dumps(
             {
                 "mode": "client",
-                "connect": {"endpoints": [endpoint], "timeout_ms": 700, "exit_on_failure": True},
+                "connect": {"endpoints": [endpoint], "timeout_ms": 700, "exit_on_failure": True, "retry": RETRY},
                 "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
                 "transport": {"shared_memory": {"enabled": False}, "link": {"tls": tls}},
             }
