@@ -13,6 +13,7 @@ import msgspec
 from msgspec import Meta, Struct, field
 
 from fleet.agent.clock import ClockSpec
+from fleet.agent.scans import ScanParams
 from fleet.drivers.can.config import CanConfig
 from fleet.drivers.kinds import wrong_kind
 from fleet.drivers.mavlink.config import MavlinkConfig
@@ -48,6 +49,7 @@ class AgentConfig(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     limits: OwnLimits = field(default_factory=OwnLimits)  # a mission that asks more of it is refused
     link: LinkConfig = field(default_factory=LinkConfig)
     driver: DriverConfig = field(default_factory=DriverConfig)
+    scans: ScanParams = field(default_factory=ScanParams)  # what is made of a scanner's scans
     state_dir: str = ""  # where stops, mission and progress are kept; default: ~/.local/state/fleet/<boat>
     record: str = ""  # file of the recording; "none": no recording; default: <state_dir>/recordings/<stamp>.mcap
     mission: str = ""  # a mission file to sail by itself, without an operator

@@ -8,17 +8,19 @@ that moment decide for themselves.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from fleet import ops
 from fleet.agent.abroad import ALONE, FOLLOWS, LEADS, Abroad, Fellow, Watch, acts, course_of
 from fleet.agent.modes import Goal
-from fleet.agent.traffic import Traffic
+from fleet.agent.scans import Outlook
+from fleet.agent.traffic import Mate, Traffic
 from fleet.agent.traffic_words import action, meeting, sentence
 from fleet.avoidance.foreign.decision import prepare
 from fleet.avoidance.foreign.types import FOLLOW_PATH, Action, Edge, Order
+from fleet.drivers.seam import Sighting
 from fleet.paths import Lane
 from fleet.wire.messages import ForeignOrder
 
@@ -40,6 +42,8 @@ class Lookout:
     def __init__(self, agent: Agent, epoch_ns: int) -> None:
         self._agent = agent
         self.traffic = Traffic(lambda: agent.picture.roster, epoch_ns)
+        self.outlook = Outlook()
+        self._met_mates: set[float] = set()  # numbers of boats that were heard
         self._base_ns = epoch_ns  # from which the law's clock counts: the same on every boat of a mission
         self._part = ALONE
         self._told_ns = 0  # when a leader last told of foreign vessels; at first, when we began to wait for it
@@ -68,12 +72,30 @@ class Lookout:
 
     def hear(self, now_ns: int) -> None:
         """What the driver reports of others."""
-        agent = self._agent
-        if agent.reading.sightings and not self._prepared:
+        agent, plane = self._agent, self._agent.plane
+        reading = agent.reading
+        if (reading.sightings or reading.scans) and not self._prepared:
             self._prepared = agent.background.submit(prepare, lambda: None)
-        if agent.reading.sightings and agent.plane is not None:
-            mates = ((peer.x, peer.y) for peer in agent.peers)
-            self.traffic.hear(agent.reading.sightings, agent.plane.to_local, mates, now_ns)
+        if plane is None:
+            return
+        told: list[Sequence[Sighting]] = [reading.sightings] if reading.sightings else []
+        if reading.scans:
+            told += self.outlook.sightings(reading.scans, agent.nav, plane.to_geographic, now_ns)
+        mates = self._mates() if told or len(agent.peers) != len(self._met_mates) else ()
+        for sightings in told:
+            self.traffic.hear(sightings, plane.to_local, mates, now_ns)
+
+    def _mates(self) -> list[Mate]:
+        """Boats of the fleet; those heard for the first time may have been taken for vessels until now."""
+        agent = self._agent
+        own, mates = agent.nav.sigma, []
+        for peer in agent.peers:
+            error = 3.0 * ops.hypot(peer.sigma, own) + peer.widen
+            mates.append(Mate(peer.x, peer.y, error, peer.vx, peer.vy))
+            if peer.number not in self._met_mates:
+                self.traffic.greet(mates[-1])
+        self._met_mates = {peer.number for peer in agent.peers}
+        return mates
 
     def abroad(self, goal: Goal, now_ns: int) -> Abroad | None:
         """What `step` is told; None while there is nothing to tell."""

@@ -9,6 +9,7 @@ import os
 import signal
 import threading
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
@@ -20,6 +21,7 @@ from fleet.agent.loop import run
 from fleet.agent.modes import Goal, in_words, mode_word
 from fleet.agent.notify import Notifier
 from fleet.agent.orders import encoded
+from fleet.agent.scans import Outlook
 from fleet.agent.store import Store, boot_id
 from fleet.drivers.beside import Beside
 from fleet.drivers.kinds import made_by_others
@@ -31,7 +33,7 @@ from fleet.errors import FleetError
 from fleet.mission.load import encode, load
 from fleet.recording.seam import NullRecorder, Recording
 from fleet.wire import keys, zenoh_log
-from fleet.wire.bus import Bus
+from fleet.wire.bus import Bus, Heard
 from fleet.wire.credentials.roster import words_of
 from fleet.wire.credentials.trust import Trust
 from fleet.wire.credentials.trust import load as load_trust
@@ -137,6 +139,28 @@ class Converses(Protocol):
         """What the hardware said since the last call."""
 
 
+@runtime_checkable
+class Subscribes(Protocol):
+    """A sensor whose values somebody else on board publishes under the boat's own name."""
+
+    key: str
+    """Under which part of it."""
+
+    def listen(self, poll: Callable[[], list[Heard]]) -> None:
+        """From now on `poll` gives what was published."""
+
+
+def subscribe(driver: Driver, bus: Bus) -> None:
+    """Lets sensors hear what is published for them; before the bus is opened."""
+    equipped_one = driver
+    while isinstance(equipped_one, Beside | Equipped):
+        for sensor in equipped_one.sensors if isinstance(equipped_one, Equipped) else ():
+            if isinstance(sensor, Subscribes):
+                bus.listen_own(sensor.key)
+                sensor.listen(partial(bus.poll_own, sensor.key))
+        equipped_one = equipped_one.hardware
+
+
 def join(agent: Agent, driver: Driver) -> Callable[[], None]:
     """Lets a driver hear what operators order; what is returned lets them hear the driver, a tick at a time."""
     hardware_of, sensors = driver, None
@@ -189,6 +213,7 @@ def run_agent(config: AgentConfig, stop: threading.Event, ready: Callable[[Agent
     driver, world = driver_of(config, clock.now_ns)
     driver.open()
     network: Bus = ZenohBus(config.fleet, config.boat, config.link, clock.now_ns, trust)
+    subscribe(driver, network)
     radio = RadioBus(network, config.boat, clock.now_ns, config.seed)
     agent = Agent(
         config.boat,
@@ -208,6 +233,7 @@ def run_agent(config: AgentConfig, stop: threading.Event, ready: Callable[[Agent
     if open_to:
         agent.security = lambda: open_to
     agent.can_do(config.hull, config.limits)
+    agent.lookout.outlook = Outlook(config.scans)
     listen = join(agent, driver)
     agent.stale_s = max(agent.stale_s, STALE_WALL_S * config.clock.warp)
     if config.mission:

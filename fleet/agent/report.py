@@ -271,7 +271,7 @@ class Reporter:
             pattern=sailing.shape.pattern if sailing is not None else "",
             lateral_m=sailing.shape.lateral_m if sailing is not None else 0.0,
             slot=sailing.shape.slots[sailing.number] if sailing is not None else 0.0,
-            traffic=agent.lookout.words(),
+            traffic=(*agent.lookout.words(), *agent.lookout.outlook.words()),
             security=agent.security(),
             roster=agent.guard.trust.roster.number if agent.guard.trust is not None else 0,
             autopilot=agent.autopilot.sysid if agent.autopilot is not None else 0,

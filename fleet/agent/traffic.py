@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple
 
 from msgspec import Struct, structs
 
@@ -20,9 +21,27 @@ FARTHEST_GATE_M = 60.0
 MATE_M = 4.0  # a new position so near to a boat of the fleet is that boat
 SURE = 3  # bare positions that agree make a vessel; fewer are forgotten after
 DOUBTED_S = 10.0
+SHRINKS = 0.02  # of the difference, with every report of a shorter length
 OLD_S = 10.0  # reports older than that are passed over
 FASTEST_MPS = 60.0
 FARTHEST_M = 100_000.0
+BESIDE = 6  # such looks, and it is the boat
+SAME_MPS = 0.6
+SCAN = "scan"  # source of what the boat's own scanners see
+SLIDES = 0.5  # of its length, by which the middle of what is seen of a hull may move along it
+
+Placed = tuple[Sighting, float, float, float]
+"""A sighting, x, y, and when [s]."""
+
+
+class Mate(NamedTuple):
+    """A boat of the fleet, as its own messages tell."""
+
+    x: float
+    y: float
+    error: float  # by so much more it may be elsewhere [m]
+    vx: float = 0.0
+    vy: float = 0.0
 
 
 class Vessel(Struct):
@@ -32,6 +51,8 @@ class Vessel(Struct):
     track: Track
     told: bool  # it says its name: AIS
     reports: int = 1
+    beside: int = 0  # looks of a scanner, one after the other, at which it was where a boat of the fleet is
+    sized: bool = False  # a sensor of ours saw how long it is, or it told
 
     @property
     def sure(self) -> bool:
@@ -46,6 +67,8 @@ class Traffic:
         self._roster, self._epoch_ns = roster, epoch_ns
         self.vessels: dict[float, Vessel] = {}
         self.refused = 0  # reports that cannot be true
+        self.mates = 0  # bare positions of boats of the fleet
+        self.parts = 0  # things within the length of a vessel that a scanner sees already
         self._count = 0
         self._params = TrackParams()
 
@@ -65,11 +88,16 @@ class Traffic:
         self,
         sightings: Iterable[Sighting],
         to_local: Callable[[float, float], tuple[float, float]],
-        mates: Iterable[tuple[float, float]],
+        mates: Iterable[Mate],
         now_ns: int,
     ) -> None:
-        """Take in reports; `mates` are where boats of the fleet are, for a sensor sees them too."""
-        places: list[tuple[float, float]] | None = None
+        """Take in reports; `mates` are where boats of the fleet are, for a sensor sees them too.
+
+        A bare position near a mate, and nearer to it than to any vessel known, is the mate. Of a scanner, all reports
+        are of one turn.
+        """
+        places: list[Mate] | None = None
+        turn: list[Placed] = []
         for one in sightings:
             x, y = _place(one, to_local)
             if not (abs(x) + abs(y) <= FARTHEST_M and _plausible(one)) or not -0.5 < _age(one, now_ns) < OLD_S:
@@ -79,16 +107,13 @@ class Traffic:
             if one.name:
                 self._told(one, x, y, at)
                 continue
-            vessel = self._nearest(x, y, one.position_error_m, at)
-            if vessel is not None:
-                vessel.track = update_position(vessel.track, x, y, one.position_error_m, at, self._params)
-                vessel.track = _sized(vessel.track, one)
-                vessel.reports += 1
-                continue
             places = list(mates) if places is None else places
-            near = MATE_M + 3.0 * one.position_error_m
-            if not any(math.hypot(x - mx, y - my) < near for mx, my in places):
-                self._add("", begin(self._next(), x, y, one.position_error_m, at, _length(one), None, self._params))
+            if one.source == SCAN:
+                turn.append((one, x, y, at))
+            else:
+                self._seen(one, x, y, at, places)
+        if turn:
+            self._scanned(turn, places or ())
 
     def targets(self, now_ns: int) -> tuple[Target, ...]:
         """All that are sure now, by number; those without data for two minutes are forgotten."""
@@ -118,33 +143,139 @@ class Traffic:
                     vessel.track = update_ais(vessel.track, x, y, error, vx, vy, at, self._params)
                 else:
                     vessel.track = update_position(vessel.track, x, y, error, at, self._params)
-                vessel.track = _sized(vessel.track, one)
+                _size(vessel, one)
                 return
         velocity = (one.v_north_mps, one.v_east_mps) if knows_v else None
-        self._add(
-            one.name, begin(self._next(), x, y, one.position_error_m, at, _length(one), velocity, self._params)
-        )  # fmt: skip
+        track = begin(self._next(), x, y, one.position_error_m, at, _length(one), velocity, self._params)
+        self._add(one.name, track, one)
 
-    def _nearest(self, x: float, y: float, sigma: float, at: float) -> Vessel | None:
-        """The vessel that a bare position belongs to: the nearest in terms of what is uncertain, within the gate."""
-        best, least = None, GATE
+    def _seen(self, one: Sighting, x: float, y: float, at: float, places: Iterable[Mate]) -> None:
+        """A bare position."""
+        vessel, away = self._nearest(x, y, one.position_error_m, at)
+        if _mate(x, y, MATE_M + 3.0 * one.position_error_m, places) < away:
+            self.mates += 1
+        elif vessel is not None:
+            vessel.track = update_position(vessel.track, x, y, one.position_error_m, at, self._params)
+            _size(vessel, one)
+            vessel.reports += 1
+        else:
+            self._begin(one, x, y, at)
+
+    def _scanned(self, turn: Sequence[Placed], places: Iterable[Mate]) -> None:
+        """Things that a scanner sees in one turn. A vessel is one of them; more within its length are parts of it."""
+        theirs = self._matched(turn)
+        news: list[Placed] = []
+        for i, (one, x, y, at) in enumerate(turn):
+            vessel, away = theirs.get(i, (None, math.inf))
+            if _mate(x, y, MATE_M + 3.0 * one.position_error_m, places) < away:
+                self.mates += 1
+            elif vessel is None:
+                news.append(turn[i])
+            else:
+                vessel.track = self._passed(vessel.track, one, x, y, at)
+                _size(vessel, one)
+                vessel.reports += 1
+                self._doubt(vessel, one, places)
+        seen_now = [vessel.track for vessel, _ in theirs.values()]
+        for one, x, y, at in news:
+            reach = 0.5 * _length(one) + 1.0
+            if any(ops.hypot(x - track.x, y - track.y) < 0.5 * track.length + reach for track in seen_now):
+                self.parts += 1
+            else:
+                self._begin(one, x, y, at)
+
+    def _doubt(self, vessel: Vessel, one: Sighting, places: Iterable[Mate]) -> None:
+        """A vessel without a name that stays where a boat of the fleet is, and goes as it goes, is that boat."""
+        t = vessel.track
+        near, as_fast = MATE_M + 3.0 * one.position_error_m, SAME_MPS + 2.0 * ops.sqrt(t.P22)
+        same = any(
+            ops.hypot(t.x - mate.x, t.y - mate.y) < near + mate.error
+            and ops.hypot(t.vx - mate.vx, t.vy - mate.vy) < as_fast
+            for mate in places
+        )
+        vessel.beside = vessel.beside + 1 if same and not vessel.told else 0
+        if vessel.beside >= BESIDE:
+            self.mates += 1
+            self.vessels.pop(t.number, None)
+
+    def greet(self, mate: Mate) -> None:
+        """A boat of the fleet is heard for the first time: what was taken for a vessel there is that boat."""
+        for number, vessel in list(self.vessels.items()):
+            track = vessel.track
+            if not vessel.told and ops.hypot(track.x - mate.x, track.y - mate.y) < MATE_M + mate.error:
+                self.mates += 1
+                del self.vessels[number]
+
+    def _passed(self, track: Track, one: Sighting, x: float, y: float, at: float) -> Track:
+        """The track of a hull of which more or less shows as it is passed; that is no motion.
+
+        Where more of it shows than before, its middle is elsewhere than was thought, by at most half of what is new.
+        Where less shows, that may be any part of it. What shows changes slowly: the same error is in many turns, and
+        the filter is told a larger one, half the length.
+        """
+        here = predict(track, at, self._params)
+        dx, dy = x - here.x, y - here.y
+        more = 0.5 * (_length(one) - track.length)
+        share = min(abs(more) / max(ops.hypot(dx, dy), 1e-9), 1.0)
+        if more > 0.0:
+            track = structs.replace(track, x=track.x + share * dx, y=track.y + share * dy)
+        else:
+            x, y = x - share * dx, y - share * dy
+        error = math.hypot(one.position_error_m, SLIDES * max(_length(one), track.length))
+        return update_position(track, x, y, error, at, self._params)
+
+    def _matched(self, turn: Sequence[Placed]) -> dict[int, tuple[Vessel, float]]:
+        """By place in the turn, the vessel that a thing is, and how far off that is [m]: the likeliest pairs first.
+
+        A thing is not farther from its vessel than both their hulls reach, and three times the errors.
+        """
+        when = max(at for _, _, _, at in turn)
+        pairs: list[tuple[float, int, float, float]] = []
+        for number, vessel in self.vessels.items():
+            here = predict(vessel.track, when, self._params)
+            for i, (one, x, y, _) in enumerate(turn):
+                away, sigma = ops.hypot(x - here.x, y - here.y), max(one.position_error_m, self._params.sigma_min_m)
+                off = 0.5 * away * away / (here.P11 + sigma * sigma)
+                reach = 0.5 * (here.length + _length(one)) + 3.0 * (sigma + ops.sqrt(here.P11))
+                if off < GATE and away < min(reach, FARTHEST_GATE_M):
+                    pairs.append((off, i, number, away))
+        found: dict[int, tuple[Vessel, float]] = {}
+        taken: set[float] = set()
+        for _, i, number, away in sorted(pairs):
+            if i not in found and number not in taken:
+                taken.add(number)
+                found[i] = (self.vessels[number], away)
+        return found
+
+    def _nearest(self, x: float, y: float, sigma: float, at: float) -> tuple[Vessel | None, float]:
+        """The vessel that a bare position belongs to: the nearest in terms of what is uncertain, within the gate.
+
+        With it how far off it should be [m]; infinite for none.
+        """
+        best, least, away = None, GATE, math.inf
         for vessel in self.vessels.values():
             here = predict(vessel.track, at, self._params)
             dx, dy = x - here.x, y - here.y
             off = 0.5 * (dx * dx + dy * dy) / (here.P11 + max(sigma, self._params.sigma_min_m) ** 2)
             if off < least and ops.hypot(dx, dy) < FARTHEST_GATE_M:
-                best, least = vessel, off
-        return best
+                best, least, away = vessel, off, ops.hypot(dx, dy)
+        return best, away
+
+    def _begin(self, one: Sighting, x: float, y: float, at: float) -> None:
+        """A vessel from its first bare position."""
+        track = begin(self._next(), x, y, one.position_error_m, at, _length(one), None, self._params)
+        self._add("", track, one)
 
     def _next(self) -> float:
         self._count += 1
         return FOREIGN_FROM + self._count
 
-    def _add(self, name: str, track: Track) -> None:
+    def _add(self, name: str, track: Track, one: Sighting) -> None:
         if len(self.vessels) >= MOST_VESSELS:
-            oldest = min(self.vessels, key=lambda number: self.vessels[number].track.heard)
+            oldest = min(self.vessels, key=lambda number: (self.vessels[number].sure, self.vessels[number].track.heard))
             del self.vessels[oldest]
-        self.vessels[track.number] = Vessel(name or f"vessel-{int(track.number - FOREIGN_FROM)}", track, bool(name))
+        called = name or f"vessel-{int(track.number - FOREIGN_FROM)}"
+        self.vessels[track.number] = Vessel(called, track, bool(name), sized=math.isfinite(one.length_m))
 
     def _seconds(self, stamp_ns: int) -> float:
         return (stamp_ns - self._epoch_ns) * 1e-9
@@ -168,10 +299,22 @@ def _plausible(one: Sighting) -> bool:
     return 0.0 <= one.position_error_m <= 1000.0 and not fast and not odd
 
 
+def _mate(x: float, y: float, near: float, places: Iterable[Mate]) -> float:
+    """How far off the nearest boat of the fleet is, of those that it may be [m]; infinite for none."""
+    there = ((math.hypot(x - mate.x, y - mate.y), mate.error) for mate in places)
+    return min((away for away, error in there if away < near + error), default=math.inf)
+
+
 def _length(one: Sighting) -> float:
     return one.length_m if math.isfinite(one.length_m) else UNKNOWN_M
 
 
-def _sized(track: Track, one: Sighting) -> Track:
-    """The track with the length that the report tells, if it does."""
-    return structs.replace(track, length=one.length_m) if math.isfinite(one.length_m) else track
+def _size(vessel: Vessel, one: Sighting) -> None:
+    """Its length as it is told, or the longest that a scanner saw of late: end-on, little of a hull shows."""
+    if not math.isfinite(one.length_m) or (one.source == SCAN and vessel.told and vessel.sized):
+        return
+    length = one.length_m
+    if one.source == SCAN and vessel.sized and length < vessel.track.length:
+        length = vessel.track.length + SHRINKS * (length - vessel.track.length)
+    vessel.track = structs.replace(vessel.track, length=length)
+    vessel.sized = True

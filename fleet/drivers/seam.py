@@ -7,12 +7,16 @@ from typing import Protocol, runtime_checkable
 
 from msgspec import Struct
 
+from fleet.sensing.scan import Scan
+
+__all__ = ["Driver", "Observed", "Reading", "Scan", "Sensor", "Sighting"]
+
 
 class Sighting(Struct, frozen=True, array_like=True, gc=False):
     """One report of a vessel that is not of the fleet."""
 
     stamp_ns: int  # when it was measured, by the agent's clock
-    source: str  # "ais": the vessel's own words; "positions": seen by a sensor of ours
+    source: str  # "ais": the vessel's own words; "positions": seen by a sensor of ours; "scan": by a laser scanner
     name: str  # of the vessel; "": a bare position, and whose it is must be found out
     lat_deg: float
     lon_deg: float
@@ -20,18 +24,6 @@ class Sighting(Struct, frozen=True, array_like=True, gc=False):
     v_north_mps: float = math.nan  # velocity over ground
     v_east_mps: float = math.nan
     length_m: float = math.nan
-
-
-class Scan(Struct, frozen=True, array_like=True, gc=False):
-    """One sweep of a planar scanner. Bearings are from the bow, + to starboard."""
-
-    stamp_ns: int  # when the first ray was measured, by the agent's clock
-    first_rad: float  # bearing of the first ray
-    step_rad: float  # from ray to ray; negative where the scanner sweeps to port
-    ranges_m: tuple[float, ...]  # from the scanner; NaN: no echo
-    sweep_s: float = 0.0  # from the first ray to the last
-    ahead_m: float = 0.0  # where the scanner is, from the point whose position is the boat's
-    starboard_m: float = 0.0
 
 
 class Reading(Struct, frozen=True, gc=False):

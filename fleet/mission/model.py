@@ -141,7 +141,7 @@ class Event(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     Operator: `set spacing`, `set speed`, `set lateral`, `set pattern`, `set leader`, `set slots` (with value), `hold`,
     `resume`, `abort`, `return`, `stop-now`, `release`, `take`, `forget`. Simulator: `kill`, `start`, `freeze`, `thaw`
     (an agent), `radio-down`, `radio-up` (its radio), `gnss-down`, `gnss-up`, `compass-down`, `compass-up`, `gyro-down`,
-    `gyro-up`, `actuator-down`, `actuator-up`, `pilot-takes`, `pilot-gives`, `bus-off`,
+    `gyro-up`, `lidar-down`, `lidar-up`, `actuator-down`, `actuator-up`, `pilot-takes`, `pilot-gives`, `bus-off`,
     `bus-on`, `battery` (value: percent).
     """
 
@@ -168,6 +168,9 @@ class Environment(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     gnss_velocity_mps: NotNegative = 0.0  # 1-sigma per axis
     heading_noise_deg: NotNegative = 0.0  # 1-sigma
     yaw_rate_noise_degps: NotNegative = 0.0  # 1-sigma
+    lidar_range_m: Annotated[float, Meta(ge=5.0, le=200.0)] = 60.0  # of the boats' laser scanners, if they have any
+    lidar_noise_m: NotNegative = 0.03  # 1-sigma of a range
+    lidar_loss: Share = 0.05  # of its returns
 
 
 class Gap(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -200,6 +203,15 @@ class Positions(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, t
     gaps: tuple[Gap, ...] = ()
 
 
+class Lidar(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="kind", tag="lidar"):
+    """The vessel tells nothing, and is seen as boats' laser scanners see its hull: every boat then has one."""
+
+    gaps: tuple[Gap, ...] = ()  # in which the water hides it
+
+
+Sensed = Ais | Positions | Lidar
+
+
 class Steady(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="kind", tag="course"):
     """A vessel on one course."""
 
@@ -230,7 +242,7 @@ class Vessel(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     track: Steady | Legs
     changes: tuple[Change, ...] = ()
     gives_way: bool = False
-    sensed: Ais | Positions = field(default_factory=Ais)
+    sensed: Sensed = field(default_factory=Ais)
 
 
 class Radio(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

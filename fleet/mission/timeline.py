@@ -74,6 +74,8 @@ ACTIONS: dict[str, Action] = {
     "compass-up": Action("simulator", "the heading is back", undoes="compass-down"),
     "gyro-down": Action("simulator", "the boat loses its yaw rate"),
     "gyro-up": Action("simulator", "the yaw rate is back", undoes="gyro-down"),
+    "lidar-down": Action("simulator", "the boat's laser scanner is dead"),
+    "lidar-up": Action("simulator", "it was switched on again", undoes="lidar-down"),
     "actuator-down": Action("simulator", "the boat no longer obeys its commands"),
     "actuator-up": Action("simulator", "it obeys again", undoes="actuator-down"),
     "pilot-takes": Action("simulator", "a pilot takes the boat by remote control; needs `--driver`"),

@@ -13,6 +13,7 @@ import msgspec
 from fleet.agent.picture import Directions, directions
 from fleet.agent.store import Store, T
 from fleet.drivers.seam import Reading
+from fleet.sim.scanner.cast import Eye, wanted
 from fleet.sim.world import World
 from fleet.wire import keys
 from fleet.wire.bus import Answer, Request
@@ -212,13 +213,16 @@ class WorldDriver:
 
     def __init__(self, world: World, boat: str) -> None:
         self._world, self._boat = world, boat
+        self._eye = Eye(world, boat) if wanted(world) else None
 
     def open(self) -> None:
         """Nothing to connect."""
 
     def read(self) -> Reading:
         """What the sensors say now."""
-        return self._world.sense(self._boat)
+        reading = self._world.sense(self._boat)
+        scans = self._eye.scans() if self._eye is not None else ()
+        return msgspec.structs.replace(reading, scans=scans) if scans else reading
 
     def write(self, surge_mps: float, yaw_rate_radps: float) -> str:
         """Command the boat."""

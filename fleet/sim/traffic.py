@@ -15,7 +15,7 @@ from msgspec import Struct
 from fleet import ops
 from fleet.drivers.seam import Sighting
 from fleet.geo import Plane
-from fleet.mission.model import Ais, Change, Positions, Steady, Vessel
+from fleet.mission.model import Ais, Change, Lidar, Sensed, Steady, Vessel
 from fleet.mission.plan import Plan, Point, metres
 from fleet.wire.radio import mix, number_of, uniform
 
@@ -25,6 +25,7 @@ GIVES_WAY_RAD = math.radians(45.0)  # to starboard
 LOOKS_AHEAD_S = 120.0
 KEEPS_CLEAR = 1.5  # times the distance C0 that boats keep from a vessel of its size
 ABAFT_RAD = math.radians(112.5)  # a boat farther aft on its starboard side is none of its business
+NEVER_S = 1e12
 AHEAD_RAD = math.radians(-11.25)  # nor one more to port
 
 Body = tuple[float, float, float, float]
@@ -61,7 +62,7 @@ class Script(Struct, frozen=True):
     points: tuple[Point, ...]  # that it goes to
     changes: tuple[Change, ...]  # in order of time
     gives_way: bool
-    sensed: Ais | Positions
+    sensed: Sensed
 
 
 class Motion(Struct, frozen=True, gc=False):
@@ -204,6 +205,8 @@ def _in_the_way(script: Script, motion: Motion, course: float, wanted: float, bo
 # -- what boats receive ------------------------------------------------------------------------------------------------
 def period_s(script: Script) -> float:
     """Between two reports [s]."""
+    if isinstance(script.sensed, Lidar):
+        return NEVER_S
     return script.sensed.interval_s if isinstance(script.sensed, Ais) else 1.0 / script.sensed.rate_hz
 
 
@@ -231,6 +234,8 @@ def report(
         seed: of the simulation
     """
     sensed = script.sensed
+    if isinstance(sensed, Lidar):
+        return None
     if math.hypot(motion.x - boat.x, motion.y - boat.y) > sensed.range_m:
         return None
     if any(gap.from_s <= t_s < gap.to_s for gap in sensed.gaps):

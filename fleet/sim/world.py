@@ -44,6 +44,7 @@ class Ship(Struct):
     gnss_down: bool = False
     compass_down: bool = False
     gyro_down: bool = False
+    lidar_down: bool = False
     actuator_down: bool = False
     radio_down: bool = False
     error_n: float = 0.0  # slow part of the GNSS error [m]
@@ -67,7 +68,7 @@ class World:
     """Truth, and what sensors make of it."""
 
     def __init__(self, plan: Plan, start_ns: int, seed: int = 0) -> None:
-        self.plan, self.now_ns, self._seed = plan, start_ns, seed
+        self.plan, self.now_ns, self.seed = plan, start_ns, seed
         self.watchdog_s = WATCHDOG_S
         self.begins_ns = 0  # hulls do not move before
         self._steps = 0
@@ -89,7 +90,7 @@ class World:
         self.crafts: dict[str, Craft] = {}
         for script in traffic.scripts(plan):
             self.crafts[script.name] = Craft(script, traffic.begin(script), traffic.reports(script, 0.0, seed))
-        self._traffic_steps = 0
+        self.traffic_steps = 0
         self._sightings: dict[str, deque[Sighting]] = {boat: deque(maxlen=MOST_SIGHTINGS) for boat in self.ships}
 
     def command(self, boat: str, powered: bool, surge_mps: float, yaw_rate_radps: float) -> None:
@@ -111,6 +112,8 @@ class World:
             ship.compass_down = kind == "compass-down"
         elif kind in ("gyro-down", "gyro-up"):
             ship.gyro_down = kind == "gyro-down"
+        elif kind in ("lidar-down", "lidar-up"):
+            ship.lidar_down = kind == "lidar-down"
         elif kind in ("actuator-down", "actuator-up"):
             ship.actuator_down = kind == "actuator-down"
         elif kind in ("radio-down", "radio-up"):
@@ -132,19 +135,24 @@ class World:
         if self.crafts:
             self._move_traffic()
 
+    @property
+    def traffic_s(self) -> float:
+        """For how long the other vessels have been under way [s]."""
+        return self.traffic_steps * STEP_S
+
     def _move_traffic(self) -> None:
         """The other vessels go on, and are heard or seen."""
-        self._traffic_steps += 1
-        t_s = self._traffic_steps * STEP_S
+        self.traffic_steps += 1
+        t_s = self.traffic_steps * STEP_S
         bodies = [(ship.state.x, ship.state.y, *self.velocity(ship)) for ship in self.ships.values()]
         for craft in self.crafts.values():
             craft.motion = traffic.advance(craft.script, craft.motion, t_s, bodies, STEP_S)
-            number = traffic.reports(craft.script, t_s, self._seed)
+            number = traffic.reports(craft.script, t_s, self.seed)
             if number > craft.reports:
                 craft.reports = number
                 for ship in self.ships.values():
                     heard = traffic.report(
-                        craft.script, craft.motion, self._listener(ship), number, self.now_ns, t_s, self._seed
+                        craft.script, craft.motion, self._listener(ship), number, self.now_ns, t_s, self.seed
                     )
                     if heard is not None:
                         self._sightings[ship.name].append(heard)
@@ -156,8 +164,8 @@ class World:
 
     def _normal(self, ship: Ship, purpose: int) -> float:
         """A standard normal number (Box-Muller over two hashes)."""
-        u1 = uniform(self._seed, ship.number, self._steps, purpose)
-        u2 = uniform(self._seed, ship.number, self._steps, purpose + 1)
+        u1 = uniform(self.seed, ship.number, self._steps, purpose)
+        u2 = uniform(self.seed, ship.number, self._steps, purpose + 1)
         return math.sqrt(-2.0 * math.log(1.0 - u1)) * math.cos(2.0 * math.pi * u2)
 
     def _drift_gnss(self) -> None:

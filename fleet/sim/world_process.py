@@ -20,6 +20,8 @@ from fleet.mission.load import decode
 from fleet.mission.plan import build
 from fleet.recording.topics import Truth
 from fleet.sim.device import Device, DriverKind, device
+from fleet.sim.scanner.cast import wanted
+from fleet.sim.scanner.device import ScannerDevice
 from fleet.sim.suite import SensorKind, Suite
 from fleet.sim.world import SENSE_S, STEP_NS, STEPS_A_SENSE, World
 
@@ -95,6 +97,9 @@ class WorldProcess:
         self._suites: dict[str, Suite] = {}
         if spec.sensors == "nmea":
             self._suites = {boat: Suite(mission.environment, spec.clock.warp) for boat in self._world.ships}
+        self._scanners: dict[str, ScannerDevice] = {}
+        if wanted(self._world):
+            self._scanners = {boat: ScannerDevice(self._world, boat) for boat in self._world.ships}
         self._watchers: set[tuple[str, int]] = set()
         self._late_steps = 0
         self._blind = spec.driver == "can"  # a thruster controller without sensors of its own; an autopilot has some
@@ -107,10 +112,12 @@ class WorldProcess:
 
     @property
     def drivers(self) -> dict[str, dict[str, Any]]:
-        """By boat: keys of `[driver]` with which its agent reaches the device between it and the hull."""
+        """By boat: keys of `[driver]` with which its agent reaches its sensors, and what is between it and the hull."""
         keys: dict[str, dict[str, Any]] = {boat: dict(between.keys) for boat, between in self._devices.items()}
-        for boat, suite in self._suites.items():
-            keys.setdefault(boat, {})["sensors"] = suite.keys
+        for sensors in (self._suites, self._scanners):
+            for boat, one in sensors.items():
+                mine = keys.setdefault(boat, {})
+                mine["sensors"] = [*mine.get("sensors", ()), *one.keys]
         return keys
 
     def run(self, stop: threading.Event) -> None:
@@ -161,6 +168,8 @@ class WorldProcess:
                 continue
             reading = world.sense(boat)
             rest = self._suites[boat].tell(reading) if boat in self._suites else reading
+            if boat in self._scanners:
+                self._scanners[boat].exchange()
             if boat in self._devices:
                 self._devices[boat].exchange(rest if self._blind else reading)
             reading = rest
@@ -184,6 +193,8 @@ class WorldProcess:
             between.close()
         for suite in self._suites.values():
             suite.close()
+        for scanner in self._scanners.values():
+            scanner.close()
         self._socket.close()
 
 

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import NamedTuple, Protocol
 
+OWN_KEPT = 8  # messages of one kind under the own name that wait to be fetched
+
 
 class Heard(NamedTuple):
     """A message as it arrived."""
@@ -73,6 +75,12 @@ class Bus(Protocol):
 
     def ask(self, boat: str, what: str, payload: bytes) -> None:
         """Ask one boat, without waiting; the answer, if any, comes by `poll_answers`."""
+
+    def listen_own(self, what: str) -> None:
+        """Keep what somebody else on board publishes under this boat's own name, such as scans."""
+
+    def poll_own(self, what: str) -> list[Heard]:
+        """The newest of that since the last call, at most 8, oldest first; `at_ns` is when it arrived."""
 
     def alive(self) -> frozenset[str]:
         """Boats whose liveliness token is up, oneself apart."""

@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable
 
 from fleet.wire import keys
-from fleet.wire.bus import Answer, Heard, Request
+from fleet.wire.bus import OWN_KEPT, Answer, Heard, Request
 
 RING = 256
 
@@ -40,6 +40,7 @@ class MemoryBus:
         self._rings: dict[str, deque[Heard]] = {}
         self._requests: deque[Request] = deque(maxlen=512)
         self._answers: deque[Answer] = deque(maxlen=512)
+        self._own: dict[str, deque[Heard]] = {}
         self._open = False
         self._lost = 0
         self.cut = False  # the own link is down
@@ -121,6 +122,20 @@ class MemoryBus:
     def poll_answers(self) -> list[Answer]:
         """Answers since the last call."""
         return [self._answers.popleft() for _ in range(len(self._answers))]
+
+    def listen_own(self, what: str) -> None:
+        """Keep what others publish under this boat's own name."""
+        self._own.setdefault(what, deque(maxlen=OWN_KEPT))
+
+    def deposit_own(self, what: str, payload: bytes) -> None:
+        """Somebody on board has published."""
+        if what in self._own and not self.cut:
+            self._own[what].append(Heard(self._boat, payload, self._water.now_ns()))
+
+    def poll_own(self, what: str) -> list[Heard]:
+        """That, since the last call."""
+        waiting = self._own.get(what, deque())
+        return [waiting.popleft() for _ in range(len(waiting))]
 
     def alive(self) -> frozenset[str]:
         """Boats whose token is up."""

@@ -164,6 +164,14 @@ class RadioBus:
         """Listen to it no longer."""
         self._bus.unwatch(boat)
 
+    def listen_own(self, what: str) -> None:
+        """Keep what others on board publish."""
+        self._bus.listen_own(what)
+
+    def poll_own(self, what: str) -> list[Heard]:
+        """That, since the last call; it does not go over the radio."""
+        return self._bus.poll_own(what)
+
     def overflowed(self) -> int:
         """Messages dropped because nobody fetched them."""
         return self._bus.overflowed()

@@ -18,7 +18,7 @@ from typing import Any
 import zenoh
 
 from fleet.wire import keys, zenoh_log
-from fleet.wire.bus import Answer, Heard, Request
+from fleet.wire.bus import OWN_KEPT, Answer, Heard, Request
 from fleet.wire.credentials.trust import Trust
 from fleet.wire.link import LinkConfig
 from fleet.wire.zenoh_link import MOST_TOKENS, direct, mode_of, session_config
@@ -26,6 +26,7 @@ from fleet.wire.zenoh_link import MOST_TOKENS, direct, mode_of, session_config
 log = logging.getLogger("fleet.wire")
 RING = 256  # states of one peer kept between two ticks
 REQUESTS = 512  # of each kind, so that no flood of one pushes out another
+LARGEST_OWN = 1 << 16  # bytes of a message under the own name: a scan of 8192 beams has half as many
 LARGEST = 1 << 20  # bytes of a request, as the codec has it
 WAITING_BYTES = 8 << 20  # of requests not yet fetched
 MOST_PEERS = 256
@@ -58,6 +59,7 @@ class ZenohBus:
         self._unfetched = 0
         self._lock = threading.Lock()  # of subscribing, which the opening thread does too
         self._answers: deque[Answer] = deque(maxlen=REQUESTS)
+        self._own: dict[str, deque[Heard]] = {}
         self._boats_up: frozenset[str] = frozenset()
         self._operators_up: frozenset[str] = frozenset()
         self._link_up, self._link_seen_ns = False, 0
@@ -142,6 +144,8 @@ class ZenohBus:
             self._subscribe(boat)
         if self._announced:
             self._declare_alive(session)
+        for what in tuple(self._own):
+            self._subscribe_own(what)
 
     def _deposit_request(self, what: str, query: zenoh.Query) -> None:
         """In Zenoh's thread: keep it for the next tick, or drop and count it when too much waits already."""
@@ -233,6 +237,29 @@ class ZenohBus:
         if publisher is not None and self._session is not None:
             with contextlib.suppress(zenoh.ZError):
                 publisher.put(payload)
+
+    # -- under the own name ------------------------------------------------------------------------------------------
+    def listen_own(self, what: str) -> None:
+        """Keep what others on board publish under this boat's own name; before `open`."""
+        self._own.setdefault(what, deque(maxlen=OWN_KEPT))
+
+    def _subscribe_own(self, what: str) -> None:
+        assert self._session is not None
+        waiting = self._own[what]
+
+        def deposit(sample: zenoh.Sample) -> None:
+            if len(sample.payload) <= LARGEST_OWN:
+                waiting.append(Heard(self._boat, sample.payload.to_bytes(), self._now_ns()))
+
+        key = keys.key(self._fleet, self._boat, what)
+        self._kept.append(
+            self._session.declare_subscriber(key, direct(deposit), allowed_origin=zenoh.Locality.REMOTE)
+        )  # fmt: skip
+
+    def poll_own(self, what: str) -> list[Heard]:
+        """That, since the last call."""
+        waiting = self._own.get(what, deque())
+        return [waiting.popleft() for _ in range(len(waiting))]
 
     # -- questions ---------------------------------------------------------------------------------------------------
     def poll_requests(self, bound: int) -> list[Request]:

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from fleet.agent.modes import Mode, Reason
 from fleet.agent.step import FOREIGN_FROM
-from fleet.agent.traffic import Traffic
+from fleet.agent.traffic import Mate, Traffic
 from fleet.drivers.seam import Sighting
 from fleet.mission.model import Ais, Gap, Mission, Start, Steady, Straight, Vessel
 from fleet.wire.codec import Refused, decode_state
@@ -358,7 +358,7 @@ def local(lat: float, lon: float) -> tuple[float, float]:
     return lat * 1e5, lon * 1e5
 
 
-def heard(traffic: Traffic, *reports: Sighting, mates: tuple[tuple[float, float], ...] = ()) -> None:
+def heard(traffic: Traffic, *reports: Sighting, mates: tuple[Mate, ...] = ()) -> None:
     for one in reports:
         traffic.hear([one], local, mates, one.stamp_ns)
 
@@ -395,9 +395,9 @@ def test_a_name_keeps_its_track_and_a_bare_position_on_it_belongs_to_it() -> Non
 def test_boats_of_the_fleet_are_not_taken_for_vessels() -> None:
     traffic = Traffic(lambda: ("b2",), 0)
     heard(traffic, sighting(50.0, 0.0, 1.0, "b2", v_north_mps=1.0, v_east_mps=0.0))
-    heard(traffic, sighting(50.0, 0.0, 2.0), mates=((51.0, 1.0),))
+    heard(traffic, sighting(50.0, 0.0, 2.0), mates=(Mate(51.0, 1.0, 0.0),))
     assert not traffic
-    heard(traffic, sighting(80.0, 0.0, 3.0), mates=((51.0, 1.0),))
+    heard(traffic, sighting(80.0, 0.0, 3.0), mates=(Mate(51.0, 1.0, 0.0),))
     assert len(traffic.vessels) == 1
 
 

@@ -17,6 +17,7 @@ from fleet.mission.problem import Key
 from fleet.mission.toml_lines import key_lines
 
 READY = (
+    "barge",
     "circuit",
     "comes-back",
     "harbour",

@@ -156,7 +156,7 @@ WRONG: tuple[tuple[str, str, str], ...] = (  # what stands there, what is writte
     ("[checks]", ship("", "", 'changes = [{ at_s = 50.0, do = "stop", value = 1.0 }]'), "traffic[0].changes[0].value = 1 (line 40): stop takes no value"),
     ("[checks]", ship("", "", 'changes = [{ at_s = 50.0, do = "speed", value = 20.0 }]'), "traffic[0].changes[0].value = 20 (line 40): expected a number from 0 to 8"),
     ("[checks]", ship("", "", 'changes = [{ at_s = 500.0, do = "stop" }]'), "traffic[0].changes[0].at_s = 500 (line 40): after the end, duration_s = 100"),
-    ("[checks]", ship("", "", 'sensed = { kind = "radar" }'), 'traffic[0].sensed.kind = "radar" (line 40): expected one of ais, positions'),
+    ("[checks]", ship("", "", 'sensed = { kind = "radar" }'), 'traffic[0].sensed.kind = "radar" (line 40): expected one of ais, positions, lidar; did you mean "lidar"?'),
     ("[checks]", ship("", "", 'sensed = { kind = "ais", interval_s = 1.0 }'), "traffic[0].sensed.interval_s = 1 (line 40): expected a number from 2 to 10"),
     ("[checks]", ship("", "", 'sensed = { kind = "positions", loss = 2.0 }'), "traffic[0].sensed.loss = 2 (line 40): expected a number from 0 to 1"),
     ("[checks]", ship("", "", 'sensed = { kind = "ais", gaps = [{ from_s = 30.0, to_s = 20.0 }] }'), "traffic[0].sensed.gaps[0].to_s = 20 (line 40): expected after from_s = 30"),

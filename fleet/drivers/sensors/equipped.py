@@ -52,6 +52,11 @@ class Equipped:
         """The driver that steers."""
         return self._driver
 
+    @property
+    def sensors(self) -> tuple[Sensor, ...]:
+        """Those beside it."""
+        return tuple(one.sensor for one in self._fitted if one.sensor is not None)
+
     def open(self) -> None:
         """Connect all."""
         self._driver.open()

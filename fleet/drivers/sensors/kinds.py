@@ -32,7 +32,19 @@ def _gpsd(boat: str, config: SensorConfig, now_ns: Callable[[], int]) -> Sensor:
     return gpsd(boat, config, now_ns)
 
 
-BUILT_IN: dict[str, Factory] = {"nmea": _nmea, "gpsd": _gpsd, "ais": _ais}
+def _lidar(boat: str, config: SensorConfig, now_ns: Callable[[], int]) -> Sensor:  # noqa: ARG001
+    from fleet.drivers.lidar.driver import Lidar
+
+    return Lidar(config, now_ns)
+
+
+def _scan(boat: str, config: SensorConfig, now_ns: Callable[[], int]) -> Sensor:  # noqa: ARG001
+    from fleet.drivers.lidar.published import PublishedScans
+
+    return PublishedScans(config, now_ns)
+
+
+BUILT_IN: dict[str, Factory] = {"nmea": _nmea, "gpsd": _gpsd, "ais": _ais, "lidar": _lidar, "scan": _scan}
 OTHERS: Kinds[Factory] = Kinds("fleet.sensors", {})
 OWN = "driver"
 

@@ -107,7 +107,7 @@ class Port:
         self.trouble = ""  # why it is not open; "" when it is, and before the first try
         self.opened = 0  # how often
         self._now_ns, self._take, self._begun = now_ns, take, begun
-        self._line: _Line | None = None
+        self._line: Line | None = None
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"port {where}", daemon=True)
 
@@ -134,19 +134,19 @@ class Port:
     def _run(self) -> None:
         while not self._stop.is_set():
             try:
-                with contextlib.closing(_line(self.where)) as line:
+                with contextlib.closing(opened(self.where)) as line:
                     self._line = line
                     self.trouble = ""
                     self.opened += 1
                     self._begun()
                     self._listen(line)
             except (OSError, ValueError) as error:  # pyserial's errors are OSErrors too
-                self.trouble = _words(error)
+                self.trouble = words(error)
             finally:
                 self._line = None
             self._stop.wait(AGAIN_S)
 
-    def _listen(self, line: _Line) -> None:
+    def _listen(self, line: Line) -> None:
         while not self._stop.is_set():
             if not select.select([line.file], [], [], WAKE_S)[0]:
                 continue
@@ -158,7 +158,7 @@ class Port:
                 self._take(payload, stamp_ns)
 
 
-class _Line:
+class Line:
     """Something open that can be waited for."""
 
     gathers = False
@@ -180,7 +180,7 @@ class _Line:
         self.file.close()
 
 
-class _Stream(_Line):
+class _Stream(Line):
     def receive(self) -> bytes:
         payload = super().receive()
         if not payload:
@@ -188,7 +188,7 @@ class _Stream(_Line):
         return payload
 
 
-class _Serial(_Line):
+class _Serial(Line):
     gathers = True
 
     def receive(self) -> bytes:
@@ -202,12 +202,12 @@ class _Serial(_Line):
         return True
 
 
-class _Datagrams(_Line):
+class _Datagrams(Line):
     def send(self, payload: bytes) -> bool:  # noqa: ARG002 - there is nobody to send to
         return False
 
 
-def _line(where: Endpoint) -> _Line:
+def opened(where: Endpoint) -> Line:
     """The endpoint, opened; OSError or ValueError when that is not possible now."""
     if where.kind == "serial":
         import serial
@@ -231,7 +231,7 @@ def _line(where: Endpoint) -> _Line:
     return _Stream(connection)
 
 
-def _words(error: Exception) -> str:
+def words(error: Exception) -> str:
     """Why a port is not open, without what changes from try to try."""
     if isinstance(error, TimeoutError):
         return "no answer"

@@ -14,10 +14,11 @@ from fleet.drivers.sensors.config import EVERYTHING, SensorConfig
 from fleet.drivers.sensors.equipped import Equipped, Fitted
 from fleet.drivers.sensors.kinds import equipped, wrong_sensors
 from fleet.errors import ConfigError
+from fleet.sensing.scan import packed
 
 S = 1_000_000_000
 SHIP = Sighting(S, "ais", "mmsi-247000001", 44.4, 8.9, 10.0)
-SCAN = Scan(S, -1.0, 0.1, (5.0, math.nan, 7.0))
+SCAN = Scan(S, -1.0, 0.1, packed((5.0, math.nan, 7.0)), 30.0)
 
 
 class Thrusters:
