@@ -35,6 +35,7 @@ class Rig:
         self.sent = 0
         self.deaf_controller = self.deaf_helm = self.agent_hangs = False
         self.speeds: list[tuple[float, float]] = []
+        self.blind = self.agent_knows = False  # a controller without sensors; an agent with sensors of its own
 
     @property
     def thrust(self) -> float:
@@ -48,6 +49,8 @@ class Rig:
             self.now_ns += STEP_NS
             self._steps += 1
             if self._steps % STEPS_A_TICK == 0 and not self.agent_hangs:
+                if self.agent_knows:
+                    self.helm.moves(self.now_ns, self.hull.u, self.hull.r)
                 if command is None:
                     self.helm.neutral()
                 else:
@@ -69,6 +72,8 @@ class Rig:
             v_east_mps=vy + noise[1],
             yaw_rate_radps=self.hull.r + 0.2 * noise[2],
         )
+        if self.blind:
+            seen = Reading(0, battery_percent=80.0, raw=True)
         for frame in self.controller.tell(self.now_ns, seen):
             if not self.deaf_helm:
                 for answer in self.helm.take(self.now_ns, *frame):

@@ -211,3 +211,27 @@ def test_the_reading_is_what_the_controller_says() -> None:
     assert reading.heading_rad == pytest.approx(rig.hull.psi, abs=0.03)
     assert reading.yaw_rate_radps == pytest.approx(-0.2, abs=0.01)
     assert rig.now_ns - reading.stamp_ns <= 50_000_000
+
+
+def test_a_controller_without_sensors_is_steered_by_what_the_agent_knows() -> None:
+    rig = Rig()
+    rig.blind = rig.agent_knows = True
+    rig.run(1.0)
+    rig.run(20.0, (1.3, 0.3))
+    assert set(rig.told) == {""}
+    assert rig.hull.u == pytest.approx(1.3, abs=0.005)
+    assert rig.hull.r == pytest.approx(0.3, abs=0.003)
+    assert max(u for u, _ in rig.speeds) < 1.32
+    assert max(r for _, r in rig.speeds) < 0.33
+    rig.agent_knows = False  # it lost its sensors: what it knew is not used for longer than a command
+    assert rig.seconds_until_no_thrust(command=(1.3, 0.3)) == pytest.approx(0.55, abs=0.1)
+    rig.run(0.2, (1.3, 0.3))
+    assert rig.told[-1] == "no heading, yaw rate or speed on the CAN bus"
+
+
+def test_without_either_it_is_not_steered_at_all() -> None:
+    rig = Rig()
+    rig.blind = True
+    rig.run(1.0)
+    rig.run(2.0, AHEAD)
+    assert rig.thrust == 0.0

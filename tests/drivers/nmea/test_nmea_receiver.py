@@ -200,3 +200,15 @@ def test_every_sentence_is_counted_by_what_came_of_it() -> None:
     assert (counts["accepted"], counts["not used"], counts["checksum"], counts["no sentence"], counts["void"]) == (
         4, 1, 1, 1, 1,
     )  # fmt: skip
+
+
+def test_what_came_late_once_and_stays_late_is_late_for_hours() -> None:
+    line = Line()
+    line.well()
+    line.ns += 2_000 * MS
+    for _ in range(6000):  # ten minutes
+        line.hear(encode.gga(line.utc_ns, LAT, LON, 1, 1.0))
+        line.utc_ns, line.ns = line.utc_ns + 100 * MS, line.ns + 95 * MS
+    assert line.receiver.counts["late"] == 6000
+    line.hear(encode.hdt(1.0))  # on the same line, and as late
+    assert line.ns - line.receiver.observed(line.ns).heading_ns > 1_800 * MS
