@@ -38,7 +38,7 @@ from fleet.agent.wing import Wings
 from fleet.avoidance import METHODS, Method
 from fleet.avoidance.foreign.params import ForeignParams
 from fleet.avoidance.types import Peer
-from fleet.drivers.seam import Driver, PassesOn, Reading
+from fleet.drivers.seam import Driver, Informed, PassesOn, Reading
 from fleet.geo import Datum, Plane, plane_of
 from fleet.guidance import FollowParams, Limits, StationParams
 from fleet.guidance.limits import OwnLimits, within
@@ -81,6 +81,7 @@ class Agent:
     """A boat that decides."""
 
     autopilot: PassesOn | None = None  # a driver whose autopilot ground stations may see
+    informed: Informed | None = None  # a driver whose hardware does not know how the boat moves
 
     def __init__(
         self,
@@ -342,6 +343,10 @@ class Agent:
     # -- acting ----------------------------------------------------------------------------------------------------
     def _drive(self) -> None:
         """The decision to the hardware; somebody else's command is not fought."""
+        nav = self.nav
+        if self.informed is not None and nav.sound > 0.5:
+            surge = nav.vx * math.cos(nav.psi) + nav.vy * math.sin(nav.psi)
+            self.informed.moves(self._last_ns, surge, nav.r)
         if self.reading.authority:
             self._driver_trouble = ""
             return

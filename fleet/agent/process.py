@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import logging
-import math
 import os
 import signal
 import threading
@@ -174,12 +173,9 @@ def join(agent: Agent, driver: Driver) -> Callable[[], None]:
     passes = hardware_of if isinstance(hardware_of, PassesOn) and hardware_of.sysid else None
     agent.autopilot = passes
     navigates = sensors is not None and sensors.navigates
-    informed = hardware_of if navigates and isinstance(hardware_of, Informed) else None
+    agent.informed = hardware_of if navigates and isinstance(hardware_of, Informed) else None
 
     def listen() -> None:
-        nav = agent.nav
-        if informed is not None and nav.sound > 0.5:
-            informed.moves(agent.now_ns, nav.vx * math.cos(nav.psi) + nav.vy * math.sin(nav.psi), nav.r)
         for text in converses.said() if converses is not None else ():
             agent.orders.note("autopilot", text)
         for text in sensors.noted() if sensors is not None else ():
