@@ -120,7 +120,10 @@ class Trust:
         return self._envelope
 
     def warning(self) -> str:
-        """That the own certificate is about to end; '' when it is not."""
+        """That the own certificate is about to end, or was revoked; '' when all is well."""
+        me = self.roster.find(self.common_name)
+        if me is not None and me.revoked_s:
+            return f"its certificate was revoked {day(me.revoked_s)}"
         left = (self.ends_s - self._now()) / 86400.0
         if left < 0.0:
             return f"its certificate expired {day(self.ends_s)}"

@@ -142,6 +142,9 @@ def test_thirty_days_before_its_end_it_is_said(issued: Issued, clock: Clock) -> 
     assert trust.warning() == "its certificate ends in 30 days"
     clock.now = NOW + 366 * DAY
     assert trust.warning() == "its certificate expired 2024-11-13"
+    issued.authority.revoke("b1", NOW)
+    trust.look()
+    assert trust.warning() == "its certificate was revoked 2023-11-14"
 
 
 # -- signatures --------------------------------------------------------------------------------------------------------
