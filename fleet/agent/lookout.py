@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING
 from fleet import ops
 from fleet.agent.abroad import ALONE, FOLLOWS, LEADS, Abroad, Fellow, Watch, acts, course_of
 from fleet.agent.modes import Goal
+from fleet.agent.scanned import Mate
 from fleet.agent.scans import Outlook
-from fleet.agent.traffic import Mate, Traffic
+from fleet.agent.traffic import Traffic
 from fleet.agent.traffic_words import action, meeting, sentence
 from fleet.avoidance.foreign.decision import prepare
 from fleet.avoidance.foreign.types import FOLLOW_PATH, Action, Edge, Order

@@ -28,7 +28,7 @@ from fleet.drivers.seam import Driver, Informed, PassesOn
 from fleet.drivers.sensors.equipped import Equipped
 from fleet.drivers.sensors.kinds import equipped
 from fleet.drivers.simulated import SimulatedDriver
-from fleet.errors import FleetError
+from fleet.errors import ConfigError, FleetError
 from fleet.mission.load import encode, load
 from fleet.recording.seam import NullRecorder, Recording
 from fleet.wire import keys, zenoh_log
@@ -150,11 +150,15 @@ class Subscribes(Protocol):
 
 
 def subscribe(driver: Driver, bus: Bus) -> None:
-    """Lets sensors hear what is published for them; before the bus is opened."""
+    """Lets sensors hear what is published for them; before the bus is opened. ConfigError for two under one key."""
+    keys_taken: set[str] = set()
     equipped_one = driver
     while isinstance(equipped_one, Beside | Equipped):
         for sensor in equipped_one.sensors if isinstance(equipped_one, Equipped) else ():
             if isinstance(sensor, Subscribes):
+                if sensor.key in keys_taken:
+                    raise ConfigError(f"driver.sensors: two listen to key {sensor.key!r}; expected another for each")
+                keys_taken.add(sensor.key)
                 bus.listen_own(sensor.key)
                 sensor.listen(partial(bus.poll_own, sensor.key))
         equipped_one = equipped_one.hardware

@@ -4,60 +4,34 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from typing import NamedTuple
 
-from msgspec import Struct, structs
+from msgspec import structs
 
 from fleet import ops
+from fleet.agent.scanned import (
+    FARTHEST_GATE_M,
+    GATE,
+    MATE_M,
+    Mate,
+    Placed,
+    Vessel,
+    is_mate,
+    length_of,
+    matched,
+    passed,
+)
 from fleet.agent.step import FOREIGN_FROM
 from fleet.drivers.seam import Sighting
 from fleet.sensing import Target, Track, TrackParams, begin, lost, predict, seen, update_ais, update_position
 
 MOST_VESSELS = 64
-UNKNOWN_M = 20.0  # length of a vessel that does not tell it
 LONGEST_M, SHORTEST_M = 500.0, 2.0
-GATE = 16.0  # a position so many mean squares from where a vessel should be is another one's
-FARTHEST_GATE_M = 60.0
-MATE_M = 4.0  # a new position so near to a boat of the fleet is that boat
-SURE = 3  # bare positions that agree make a vessel; fewer are forgotten after
 DOUBTED_S = 10.0
 SHRINKS = 0.02  # of the difference, with every report of a shorter length
 OLD_S = 10.0  # reports older than that are passed over
 FASTEST_MPS = 60.0
 FARTHEST_M = 100_000.0
-BESIDE = 6  # such looks, and it is the boat
-SAME_MPS = 0.6
 SCAN = "scan"  # source of what the boat's own scanners see
-SLIDES = 0.5  # of its length, by which the middle of what is seen of a hull may move along it
-
-Placed = tuple[Sighting, float, float, float]
-"""A sighting, x, y, and when [s]."""
-
-
-class Mate(NamedTuple):
-    """A boat of the fleet, as its own messages tell."""
-
-    x: float
-    y: float
-    error: float  # by so much more it may be elsewhere [m]
-    vx: float = 0.0
-    vy: float = 0.0
-
-
-class Vessel(Struct):
-    """One vessel."""
-
-    name: str
-    track: Track
-    told: bool  # it says its name: AIS
-    reports: int = 1
-    beside: int = 0  # looks of a scanner, one after the other, at which it was where a boat of the fleet is
-    sized: bool = False  # a sensor of ours saw how long it is, or it told
-
-    @property
-    def sure(self) -> bool:
-        """Whether it is there at all, and no false echo."""
-        return self.told or self.reports >= SURE
 
 
 class Traffic:
@@ -146,7 +120,7 @@ class Traffic:
                 _size(vessel, one)
                 return
         velocity = (one.v_north_mps, one.v_east_mps) if knows_v else None
-        track = begin(self._next(), x, y, one.position_error_m, at, _length(one), velocity, self._params)
+        track = begin(self._next(), x, y, one.position_error_m, at, length_of(one), velocity, self._params)
         self._add(one.name, track, one)
 
     def _seen(self, one: Sighting, x: float, y: float, at: float, places: Iterable[Mate]) -> None:
@@ -163,7 +137,7 @@ class Traffic:
 
     def _scanned(self, turn: Sequence[Placed], places: Iterable[Mate]) -> None:
         """Things that a scanner sees in one turn. A vessel is one of them; more within its length are parts of it."""
-        theirs = self._matched(turn)
+        theirs = matched(self.vessels, turn, self._params)
         news: list[Placed] = []
         for i, (one, x, y, at) in enumerate(turn):
             vessel, away = theirs.get(i, (None, math.inf))
@@ -172,31 +146,19 @@ class Traffic:
             elif vessel is None:
                 news.append(turn[i])
             else:
-                vessel.track = self._passed(vessel.track, one, x, y, at)
+                vessel.track = passed(vessel.track, one, x, y, at, self._params)
                 _size(vessel, one)
                 vessel.reports += 1
-                self._doubt(vessel, one, places)
+                if is_mate(vessel, one, places):
+                    self.mates += 1
+                    self.vessels.pop(vessel.track.number, None)
         seen_now = [vessel.track for vessel, _ in theirs.values()]
         for one, x, y, at in news:
-            reach = 0.5 * _length(one) + 1.0
+            reach = 0.5 * length_of(one) + 1.0
             if any(ops.hypot(x - track.x, y - track.y) < 0.5 * track.length + reach for track in seen_now):
                 self.parts += 1
             else:
                 self._begin(one, x, y, at)
-
-    def _doubt(self, vessel: Vessel, one: Sighting, places: Iterable[Mate]) -> None:
-        """A vessel without a name that stays where a boat of the fleet is, and goes as it goes, is that boat."""
-        t = vessel.track
-        near, as_fast = MATE_M + 3.0 * one.position_error_m, SAME_MPS + 2.0 * ops.sqrt(t.P22)
-        same = any(
-            ops.hypot(t.x - mate.x, t.y - mate.y) < near + mate.error
-            and ops.hypot(t.vx - mate.vx, t.vy - mate.vy) < as_fast
-            for mate in places
-        )
-        vessel.beside = vessel.beside + 1 if same and not vessel.told else 0
-        if vessel.beside >= BESIDE:
-            self.mates += 1
-            self.vessels.pop(t.number, None)
 
     def greet(self, mate: Mate) -> None:
         """A boat of the fleet is heard for the first time: what was taken for a vessel there is that boat."""
@@ -205,47 +167,6 @@ class Traffic:
             if not vessel.told and ops.hypot(track.x - mate.x, track.y - mate.y) < MATE_M + mate.error:
                 self.mates += 1
                 del self.vessels[number]
-
-    def _passed(self, track: Track, one: Sighting, x: float, y: float, at: float) -> Track:
-        """The track of a hull of which more or less shows as it is passed; that is no motion.
-
-        Where more of it shows than before, its middle is elsewhere than was thought, by at most half of what is new.
-        Where less shows, that may be any part of it. What shows changes slowly: the same error is in many turns, and
-        the filter is told a larger one, half the length.
-        """
-        here = predict(track, at, self._params)
-        dx, dy = x - here.x, y - here.y
-        more = 0.5 * (_length(one) - track.length)
-        share = min(abs(more) / max(ops.hypot(dx, dy), 1e-9), 1.0)
-        if more > 0.0:
-            track = structs.replace(track, x=track.x + share * dx, y=track.y + share * dy)
-        else:
-            x, y = x - share * dx, y - share * dy
-        error = math.hypot(one.position_error_m, SLIDES * max(_length(one), track.length))
-        return update_position(track, x, y, error, at, self._params)
-
-    def _matched(self, turn: Sequence[Placed]) -> dict[int, tuple[Vessel, float]]:
-        """By place in the turn, the vessel that a thing is, and how far off that is [m]: the likeliest pairs first.
-
-        A thing is not farther from its vessel than both their hulls reach, and three times the errors.
-        """
-        when = max(at for _, _, _, at in turn)
-        pairs: list[tuple[float, int, float, float]] = []
-        for number, vessel in self.vessels.items():
-            here = predict(vessel.track, when, self._params)
-            for i, (one, x, y, _) in enumerate(turn):
-                away, sigma = ops.hypot(x - here.x, y - here.y), max(one.position_error_m, self._params.sigma_min_m)
-                off = 0.5 * away * away / (here.P11 + sigma * sigma)
-                reach = 0.5 * (here.length + _length(one)) + 3.0 * (sigma + ops.sqrt(here.P11))
-                if off < GATE and away < min(reach, FARTHEST_GATE_M):
-                    pairs.append((off, i, number, away))
-        found: dict[int, tuple[Vessel, float]] = {}
-        taken: set[float] = set()
-        for _, i, number, away in sorted(pairs):
-            if i not in found and number not in taken:
-                taken.add(number)
-                found[i] = (self.vessels[number], away)
-        return found
 
     def _nearest(self, x: float, y: float, sigma: float, at: float) -> tuple[Vessel | None, float]:
         """The vessel that a bare position belongs to: the nearest in terms of what is uncertain, within the gate.
@@ -263,7 +184,7 @@ class Traffic:
 
     def _begin(self, one: Sighting, x: float, y: float, at: float) -> None:
         """A vessel from its first bare position."""
-        track = begin(self._next(), x, y, one.position_error_m, at, _length(one), None, self._params)
+        track = begin(self._next(), x, y, one.position_error_m, at, length_of(one), None, self._params)
         self._add("", track, one)
 
     def _next(self) -> float:
@@ -303,10 +224,6 @@ def _mate(x: float, y: float, near: float, places: Iterable[Mate]) -> float:
     """How far off the nearest boat of the fleet is, of those that it may be [m]; infinite for none."""
     there = ((math.hypot(x - mate.x, y - mate.y), mate.error) for mate in places)
     return min((away for away, error in there if away < near + error), default=math.inf)
-
-
-def _length(one: Sighting) -> float:
-    return one.length_m if math.isfinite(one.length_m) else UNKNOWN_M
 
 
 def _size(vessel: Vessel, one: Sighting) -> None:

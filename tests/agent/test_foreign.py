@@ -10,8 +10,9 @@ import pytest
 from msgspec.structs import replace
 
 from fleet.agent.modes import Mode, Reason
+from fleet.agent.scanned import Mate
 from fleet.agent.step import FOREIGN_FROM
-from fleet.agent.traffic import Mate, Traffic
+from fleet.agent.traffic import Traffic
 from fleet.drivers.seam import Sighting
 from fleet.mission.model import Ais, Gap, Mission, Start, Steady, Straight, Vessel
 from fleet.wire.codec import Refused, decode_state

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from fleet.agent.scanned import BESIDE, Mate
 from fleet.agent.scans import Outlook, ScanParams
 from fleet.agent.step import Nav
-from fleet.agent.traffic import BESIDE, SCAN, Mate, Traffic
+from fleet.agent.traffic import SCAN, Traffic
 from fleet.drivers.seam import Sighting
 from fleet.sensing import Target
 from fleet.sensing.scan import Scan, packed

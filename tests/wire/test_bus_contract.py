@@ -52,6 +52,10 @@ class MemoryNet:
 
     twin = boat
 
+    def aboard(self, name: str, what: str, payload: bytes) -> None:
+        """Somebody on board of a boat publishes under its name."""
+        self._water.boats[name].deposit_own(what, payload)
+
     def cut(self) -> None:
         """What joins the boats fails."""
         for bus in self._buses:
@@ -78,6 +82,8 @@ class MemoryNet:
 class HubNet:
     """Zenoh: a router that boats and operators connect to."""
 
+    _aboard: Any = None
+
     def __init__(self) -> None:
         self._at = f"tcp/127.0.0.1:{free_port()}"
         self._stations: list[Any] = []
@@ -93,6 +99,12 @@ class HubNet:
         return self._stations[-1]
 
     twin = boat
+
+    def aboard(self, name: str, what: str, payload: bytes) -> None:
+        """Somebody on board of a boat publishes under its name."""
+        if self._aboard is None:
+            self._aboard = wait_for(lambda: zenoh.open(session_config("client", self._link_of_operator())))
+        self._aboard.put(keys.key("test", name, what), payload)
 
     def cut(self) -> None:
         """The hub dies."""
@@ -121,6 +133,8 @@ class HubNet:
 
     def close(self) -> None:
         """All stations leave."""
+        if self._aboard is not None:
+            self._aboard.close()
         for station in self._stations:
             station.close()
         if self._hub is not None:
@@ -238,6 +252,28 @@ def test_only_who_is_watched_is_heard(net: Net) -> None:
     heard: list[Heard] = []
     wait_for(lambda: heard.extend(a.poll_states(256)) or any(m.payload == b"last" for m in heard))
     assert {m.sender for m in heard} == {"b"}
+
+
+def test_what_somebody_on_board_publishes_is_kept_the_newest_eight_and_for_that_boat_only(net: Net) -> None:
+    a, b = net.boat("a"), net.boat("b")
+    for bus in (a, b):
+        bus.listen_own("scan")
+    for bus in (a, b):
+        wait_for(bus.open, "open")
+
+    def hears(payload: bytes) -> bool:
+        net.aboard("a", "scan", payload)  # said again, since it may be dropped
+        heard = a.poll_own("scan")
+        assert len(heard) <= 8
+        assert all(one.sender == "a" for one in heard)
+        return any(one.payload == payload for one in heard)
+
+    wait_for(lambda: hears(b"first"))
+    for k in range(20):
+        net.aboard("a", "scan", b"%d" % k)
+    wait_for(lambda: hears(b"last"))
+    assert b.poll_own("scan") == []
+    assert a.poll_own("what nobody listens to") == []
 
 
 def test_no_more_than_the_bound_is_handed_over_for_each_sender(net: Net) -> None:
