@@ -25,6 +25,7 @@ MAPS = {
     "min_separation_m": "least separation [m]",
     "delay_p95_s": "delay, 95 % are below [s]",
     "formation_rms_m": "formation error, rms [m]",
+    "off_place": "time 2 m off the place",
     "separation_median_m": "least separation, median [m]",
     "cross_track_rms_m": "distance from the path, rms [m]",
 }
@@ -39,7 +40,7 @@ def distributions(results: Sequence[Results]) -> Any:
         figure = figure_of(figsize=(11.0, 3.6), layout="constrained")
         left, right = figure.subplots(1, 2)
         _separations(left, results)
-        _delays(right, results)
+        _times(right, results)
     return figure
 
 
@@ -62,6 +63,22 @@ def _separations(axis: Any, results: Sequence[Results]) -> None:
         _said(axis, place, words, colour)
 
 
+def _times(axis: Any, results: Sequence[Results]) -> None:
+    """Delays; where no boat has a goal, how long boats of a formation are off their places."""
+    if any(np.isfinite(one.nominal_s).any() for one in results):
+        _delays(axis, results)
+        return
+    away = np.concatenate([np.ravel(one.off_place) for one in results])
+    away = 100.0 * away[np.isfinite(away)]
+    axis.set_title("Time of a boat off its place")
+    axis.set_xlabel("share of the time 2 m or more from its place, of a wingman from abeam [%]")
+    axis.set_ylabel("boats")
+    if len(away):
+        _bars(axis, away, 0.0, max(float(away.max()), 1.0))
+    else:
+        axis.text(0.5, 0.5, "no boat has a goal, or a place", transform=axis.transAxes, ha="center")
+
+
 def _delays(axis: Any, results: Sequence[Results]) -> None:
     delay = np.concatenate([np.ravel(one.delay_s) for one in results])
     goals, delay = int((~np.isnan(delay)).sum()), delay[np.isfinite(delay)]
@@ -69,8 +86,7 @@ def _delays(axis: Any, results: Sequence[Results]) -> None:
     axis.set_xlabel("arrival later than with nobody in the way [s]")
     axis.set_ylabel("boats")
     if not len(delay):
-        axis.text(0.5, 0.5, "no boat has a goal" if not goals else "no boat arrived", transform=axis.transAxes,
-                  ha="center")  # fmt: skip
+        axis.text(0.5, 0.5, "no boat arrived", transform=axis.transAxes, ha="center")
         return
     low, high = float(delay.min()), float(np.percentile(delay, 99.5))
     _bars(axis, delay, min(low, 0.0), max(high, low + 1.0))
