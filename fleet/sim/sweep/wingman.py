@@ -11,7 +11,7 @@ from fleet.guidance.limits import Limits
 from fleet.mission.beside import ABEAM, Room, room_beside, sail
 from fleet.paths import Path, sine, straight
 from fleet.sim.batch.scenarios import IntArray
-from fleet.sim.sweep.distributions import Draw
+from fleet.sim.sweep.distributions import Draw, support
 from fleet.sim.sweep.layouts import Laid
 from fleet.sim.sweep.model import Wingman
 
@@ -42,8 +42,8 @@ def wingman(layout: Wingman, limits: Limits, need: float, duration_s: float, see
     phase = draw.per_scenario(layout.phase_m)
     along, across = draw.per_boat(layout.along_m), draw.per_boat(layout.across_m)
 
-    periods = math.ceil((BEFORE_M + np.abs(phase).max() + duration_s * cruise.max() + SPARE_M) / layout.wavelength_m)
-    length = (periods + 1.0) * layout.wavelength_m
+    longest = max(map(abs, support(layout.phase_m))) + duration_s * support(layout.cruise_mps)[1]
+    length = (math.ceil((BEFORE_M + longest + SPARE_M) / layout.wavelength_m) + 1.0) * layout.wavelength_m
     line = straight((0.0, 0.0), (length, 0.0))
     paths: list[Path] = [line]
     rooms: list[Room] = []

@@ -19,7 +19,8 @@ from fleet.sim.sweep.checks import CHECKS, evaluate
 from fleet.sim.sweep.distributions import Draw, Spread
 from fleet.sim.sweep.family import case_name, load, loads, read_case, ready
 
-NUMBERS = tuple(name for name in (*PER_BOAT, *PER_BOAT_LATER, *PER_SCENARIO) if name not in ("path", "hull"))
+PLACES = ("path", "hull", "leader", "room")  # numbers of something that is kept elsewhere
+NUMBERS = tuple(name for name in (*PER_BOAT, *PER_BOAT_LATER, *PER_SCENARIO) if name not in PLACES)
 CASES = np.array([0, 1, 5, 17, 400])
 
 MEETING = """\
