@@ -197,10 +197,14 @@ class Bridge:
         for vehicle in self._addressed(target):
             try:
                 vehicle.hear(station, m, now_s)
-            except Exception:  # one message costs itself, not the bridge
-                if not self.counts["internal error"]:
-                    log.exception("a message could not be taken in: %s", kind)
-                self.counts["internal error"] += 1
+            except Exception:  # noqa: BLE001  one message costs itself, not the bridge
+                self._failed(f"{kind} could not be taken in")
+
+    def _failed(self, what: str) -> None:
+        """A mistake of ours, to be called while handling it."""
+        if not self.counts["internal error"]:
+            log.exception("%s", what)
+        self.counts["internal error"] += 1
 
     def _addressed(self, target: int) -> list[Vehicle]:
         if target:
@@ -231,7 +235,10 @@ class Bridge:
     def step(self, now_s: float) -> None:
         """So late it is."""
         for vehicle in self.vehicles.values():
-            vehicle.step(now_s)
+            try:
+                vehicle.step(now_s)
+            except Exception:  # noqa: BLE001  one boat costs itself, not the bridge
+                self._failed(f"{vehicle.boat} could not be shown")
 
     def take_outbox(self) -> list[tuple[Peer | None, bytes]]:
         """What is to be sent."""
