@@ -16,6 +16,7 @@ from fleet.wire.credentials.trust import Trust
 from fleet.wire.link import LinkConfig
 from fleet.wire.zenoh_link import MOST_TOKENS, direct, session_config
 
+STATES = 16384  # kept until they are fetched: 100 boats for 16 s
 LARGEST_HEARD = 1 << 16  # bytes of a state, a status or an event that an operator's machine keeps
 
 
@@ -31,6 +32,7 @@ class OperatorBus:
         self._session: zenoh.Session | None = None
         self._alive: dict[str, bool] = {}
         self._kept: list[Any] = []
+        self._states: list[Any] = []
         self._heard: deque[tuple[str, str, bytes]] = deque(maxlen=65536)
 
     def open(self, timeout_s: float) -> bool:
@@ -58,9 +60,13 @@ class OperatorBus:
         """Keep what boats publish under these names until `heard` fetches it."""
         assert self._session is not None
         for name in what:
-            self._kept.append(
-                self._session.declare_subscriber(keys.key(self._fleet, "*", name), direct(partial(self._deposit, name)))
-            )
+            key = keys.key(self._fleet, "*", name)
+            if name == keys.STATE:  # the most by far; a ring of Zenoh's own costs half of a callback into Python
+                ring = self._session.declare_subscriber(key, zenoh.handlers.RingChannel(STATES))
+                self._kept.append(ring)
+                self._states.append(ring.handler)
+            else:
+                self._kept.append(self._session.declare_subscriber(key, direct(partial(self._deposit, name))))
 
     def _deposit(self, what: str, sample: zenoh.Sample) -> None:
         boat = keys.boat_of(str(sample.key_expr))
@@ -69,6 +75,9 @@ class OperatorBus:
 
     def heard(self) -> list[tuple[str, str, bytes]]:
         """(what, boat, payload) since the last call."""
+        for ring in self._states:
+            while (sample := ring.try_recv()) is not None:
+                self._deposit(keys.STATE, sample)
         messages: list[tuple[str, str, bytes]] = []
         while self._heard:
             messages.append(self._heard.popleft())
