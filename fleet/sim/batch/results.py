@@ -70,7 +70,7 @@ class Results(Struct, kw_only=True):
     settled_s: FloatArray  # from when on the formation error stays below 1 m
     stood: FloatArray  # 1 it made less than 6 m good in 60 s without being told to stop
     stopped: FloatArray  # 1 it did not even sail 6 m in 60 s
-    off_path: FloatArray  # share of the time 1 m or more off its path; NaN of boats that keep no place
+    off_path: FloatArray  # share of the time 1 m or more off its path; -1 of boats that keep no place
     off_place: FloatArray  # share of the time 2 m or more from its place, of a wingman from abeam
     traces: list[Trace]
     boat_ticks: int = 0

@@ -120,8 +120,8 @@ class Voyage:
         r.formation_end_m[rows] = t["e_last"]
         r.settled_s[rows] = np.where(t["e_last"] >= SETTLED_M, np.inf, (t["unsettled"] + 1.0) * TICK_S)
         of_place = self._has_place[rows]
-        r.off_path[rows] = np.where(of_place, t["off_path"] / measured, np.nan)
-        r.off_place[rows] = np.where(of_place, t["off_place"] / measured, np.nan)
+        r.off_path[rows] = np.where(of_place, t["off_path"] / measured, -1.0)
+        r.off_place[rows] = np.where(of_place, t["off_place"] / measured, -1.0)
         r.stood[rows] = t["stood"]
         r.stopped[rows] = t["stopped"]
 

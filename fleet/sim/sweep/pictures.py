@@ -69,7 +69,7 @@ def _times(axis: Any, results: Sequence[Results]) -> None:
         _delays(axis, results)
         return
     away = np.concatenate([np.ravel(one.off_place) for one in results])
-    away = 100.0 * away[np.isfinite(away)]
+    away = 100.0 * away[away >= 0.0]
     axis.set_title("Time of a boat off its place")
     axis.set_xlabel("share of the time 2 m or more from its place, of a wingman from abeam [%]")
     axis.set_ylabel("boats")

@@ -94,8 +94,8 @@ def _rms(values: FloatArray) -> float:
 
 
 def _mean(values: FloatArray) -> float | None:
-    """Of those that are numbers."""
-    there = values[np.isfinite(values)]
+    """Of the shares of those boats that have any: at least 0."""
+    there = values[values >= 0.0]
     return float(there.mean()) if len(there) else None
 
 
