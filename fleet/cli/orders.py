@@ -26,7 +26,7 @@ from fleet.errors import FleetError, NobodyReachable, RefusedBySafetyCheck, Usag
 if TYPE_CHECKING:
     from fleet.mission.pattern import Shape
     from fleet.operator import Fleet
-    from fleet.operator.fleet import Change
+    from fleet.operator.view import Change
 
 NONE = "none"
 

@@ -18,7 +18,7 @@ from fleet.gcs.telemetry import pieces
 from fleet.gcs.vehicle import Vehicle
 from fleet.gcs.wishes import Done, Kind, Wish
 from fleet.mission.model import Mission
-from fleet.operator.fleet import BoatView
+from fleet.operator.view import BoatView
 from fleet.wire.messages import FleetEvent
 
 log = logging.getLogger("fleet.gcs")

@@ -11,7 +11,7 @@ from fleet.gcs.seat import Seat
 from fleet.mission.model import Geographic, Mission
 from fleet.mission.pattern import Shape
 from fleet.mission.plan import Plan, build, shape_of
-from fleet.operator.fleet import BoatView
+from fleet.operator.view import BoatView
 from fleet.wire.messages import BoatState, BoatStatus
 
 MOST_PLANS = 64

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from fleet.drivers.ais.codec import position_report, static_report
 from fleet.drivers.ais.mmsi import mmsis
-from fleet.operator.fleet import BoatView
+from fleet.operator.view import BoatView
 from fleet.wire.messages import BoatState
 
 STATIC_S = 30.0  # name and size; a plotter that is switched on later knows them soon

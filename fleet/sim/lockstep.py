@@ -233,7 +233,7 @@ class Lockstep:
         for tap in self._taps:
             tap(what, boat, payload)
 
-    # -- the time that an operator lives by (fleet.operator.fleet.Time) ----------------------------------------------
+    # -- the time that an operator lives by (fleet.operator.view.Time) -----------------------------------------------
     def monotonic(self) -> float:
         """Seconds since the beginning."""
         return (self.now_ns - BEGIN_NS) * 1e-9

@@ -12,8 +12,8 @@ from msgspec.structs import replace
 from fleet.cli.main import main
 from fleet.drivers.ais.decoder import Listener
 from fleet.drivers.ais.options import AisOptions
-from fleet.operator.fleet import BoatView
 from fleet.operator.targets import Targets
+from fleet.operator.view import BoatView
 from tests.wire.samples import STATE
 
 

@@ -13,7 +13,7 @@ from fleet.gcs.items import E7, Item
 from fleet.gcs.sysids import Sysids
 from fleet.gcs.wishes import Done, Wish
 from fleet.mission.model import Mission
-from fleet.operator.fleet import BoatView
+from fleet.operator.view import BoatView
 from fleet.wire.messages import FleetEvent, Revision
 from tests.wire.samples import STATE, STATUS
 
