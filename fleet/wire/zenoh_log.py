@@ -23,6 +23,7 @@ from fleet.wire.credentials.trust import Trust
 log = logging.getLogger("fleet.wire")
 FILTER = "warn,zenoh::net::routing::interceptor=trace"
 ROUTINE = ("zenoh::net::runtime::orchestrator", "zenoh::net::routing::hat")  # that a hub is not there yet, and such
+TRIES, TRY_AGAIN_S = 5, 0.2  # to learn who a neighbour is
 AGAIN_S = 10.0  # between two lines of the same words
 MOST_WORDS = 256  # different ones that are counted
 PIPE_BYTES = 1 << 20
@@ -64,8 +65,7 @@ class Refusals:
     def _rule(self, line: bytes) -> None:
         nobody = _NOBODY.search(line)
         if nobody is not None:
-            who, where = self._neighbour(nobody[1].decode())
-            self._say(f"{who} at {where}: nothing of it is let pass")
+            self._of_nobody(nobody[1].decode(), TRIES)
             return
         thread = _THREAD.search(line)
         if thread is not None:
@@ -73,6 +73,16 @@ class Refusals:
                 self._last[thread[1]] = line
             else:
                 self._last.pop(thread[1], None)
+
+    def _of_nobody(self, zid: str, tries: int) -> None:
+        """Somebody may nothing; who it is the session knows a moment later."""
+        who, where = self._neighbour(zid)
+        if not where and tries:
+            timer = threading.Timer(TRY_AGAIN_S, self._of_nobody, (zid, tries - 1))
+            timer.daemon = True
+            timer.start()
+            return
+        self._say(f"{who} at {where or 'an address that is gone'}: nothing of it is let pass")
 
     def _intercepted(self, line: bytes) -> None:
         thread = _THREAD.search(line)
@@ -96,7 +106,7 @@ class Refusals:
                     member = trust.roster.find(name)
                     trouble = member.trouble(time.time()) if member is not None else "not in the roster"
                     return f"{words_of(name)}{', ' + trouble if trouble else ''}", str(link.dst)
-        return f"a neighbour {zid}", "an address that is gone"
+        return f"a neighbour {zid}", ""
 
     def _warned(self, line: bytes) -> None:
         text = line.decode(errors="replace").strip()
