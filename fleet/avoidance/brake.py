@@ -43,7 +43,7 @@ def brake(own: Own[R], peers: Sequence[Peer[R]], limits: Limits, params: Scoring
         d_sq = dx * dx + dy * dy
         its_speed = ops.hypot(peer.vx, peer.vy)
         its_time = _stopping_s(its_speed, limits, params)
-        keep = least + peer.widen + 0.5 * params.sigmas * ops.hypot(own.sigma, peer.sigma)
+        keep = least + peer.widen + params.brake_sigmas * ops.hypot(own.sigma, peer.sigma)
         reach = length + its_speed * its_time + keep + 0.1  # 0.1 m: rounding
         near = (peer.present == 1.0) & (d_sq < reach * reach)
         if not ops.some(near):

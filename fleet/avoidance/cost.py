@@ -75,7 +75,7 @@ def threat(own: Own[R], peer: Peer[R], seen: View[R], judged: Judged[R], params:
         judged.radius,
         radius_sq,
         ops.where(seen.d_sq < radius_sq, params.opening_s, 0.0),
-        params.hard_m + 0.5 * seen.margin + peer.widen,
+        params.hard_m + params.hard_sigmas * seen.sigma + peer.widen,
         peer.present * (1.0 - params.decay * n),
         peer.present * (1.0 - params.decay_hard * n),
     )

@@ -39,6 +39,7 @@ class View(Struct, Generic[R], frozen=True, gc=False):
     speed: R  # its speed over ground [m/s]
     horizon: R  # how far ahead to look if it is no companion [s]
     margin: R  # for the uncertain relative position, of R_c and the hard radius [m]
+    sigma: R  # of the relative position [m]
     wanted: R  # radius R_s with its own margin and widening [m]
 
 
@@ -88,6 +89,7 @@ def view(own: Own[R], peer: Peer[R], params: ScoringParams) -> View[R]:
         ops.hypot(peer.vx, peer.vy),
         ops.maximum(straight, params.horizon_min_s),
         params.sigmas * sigma,
+        sigma,
         params.wanted_m + params.wanted_sigmas * sigma + peer.widen,
     )
 

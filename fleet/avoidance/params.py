@@ -30,8 +30,10 @@ class ScoringParams(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
     stand_on_share: Share = 0.92  # of R_s: the boat that must give way moves first
     # standard deviations of the relative position that are added
-    wanted_sigmas: NotNegative = 3.0  # to R_s; of 8580 meetings with plain GNSS 64 came within R, with 2 352
-    sigmas: NotNegative = 2.0  # to R_c, half of them to R_h, D_sh
+    wanted_sigmas: NotNegative = 2.5  # to R_s
+    sigmas: NotNegative = 2.0  # to R_c
+    hard_sigmas: NotNegative = 2.0  # to R_h
+    brake_sigmas: NotNegative = 1.0  # to D_sh
     least_cruise_mps: Positive = 0.3  # a boat that wants to go slower is judged as if it went this fast
 
     # how far ahead to look [s]
@@ -72,6 +74,7 @@ class ScoringParams(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     turn_per_rad2: NotNegative = 0.24
     port_per_rad: NotNegative = 0.15
     slow: NotNegative = 2.7
+    back: NotNegative = 1.5  # of going straight back along the path at the speed wanted
     turn_beside_per_rad2: NotNegative = 0.4052847345693511  # 4 / pi^2, while a boat near is bound the same way
     slow_beside: NotNegative = 1.8
     change_per_rad: NotNegative = 0.3

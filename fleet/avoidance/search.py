@@ -56,6 +56,11 @@ def speed_of(u_d: R, factor: R | float, u_min: float, params: ScoringParams) -> 
     return ops.maximum(factor * ops.maximum(u_d, params.least_cruise_mps), u_min)
 
 
+def back_of(own: Own[R], cx: R, cy: R, params: ScoringParams) -> R:
+    """Price of going back along the path on course (cx, cy) at the speed wanted: 1.5 max(0, -cos(theta - chi_p))."""
+    return params.back * ops.maximum(-(cx * own.tx + cy * own.ty), 0.0)
+
+
 def search(
     own: Own[R],
     threats: tuple[Threat[R], ...],
@@ -79,19 +84,21 @@ def search(
         return search_lanes.search(own, threats, turned, avoiding, yielding, u_min, params)
     least = ops.full(own.x, _NONE_YET)
     best = Choice(own.gx, own.gy, ops.full(own.x, 1.0), ops.zero(own.x))
-    courses: dict[int, tuple[R, R, R]] = {}
+    courses: dict[int, tuple[R, R, R, R]] = {}
     speeds: dict[float, R] = {}
     for each in candidates(params):
         if ops.every(least <= each.price):
             break
         if each.place not in courses:
+            cx, cy = own.gx * each.cos_a - own.gy * each.sin_a, own.gx * each.sin_a + own.gy * each.cos_a
             courses[each.place] = (
-                own.gx * each.cos_a - own.gy * each.sin_a,
-                own.gx * each.sin_a + own.gy * each.cos_a,
+                cx,
+                cy,
                 avoiding * (params.change_per_rad * abs(ops.wrap(turned + each.a))),
+                back_of(own, cx, cy, params),
             )
-        cx, cy, change = courses[each.place]
-        own_price = each.price + change
+        cx, cy, change, back = courses[each.place]
+        own_price = each.price + change + each.factor * back
         held_back = (yielding == 1.0) & (each.factor > params.yield_other_factor)
         if ops.every((least <= own_price) | held_back):
             continue

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fleet import ops
 from fleet.avoidance.cost import Threat, legs, price_on_legs, price_straight
 from fleet.avoidance.params import ScoringParams
-from fleet.avoidance.search import Choice, candidates, speed_of
+from fleet.avoidance.search import Choice, back_of, candidates, speed_of
 from fleet.avoidance.types import Own
 from fleet.ops import FloatArray
 
@@ -110,11 +110,12 @@ def _prices(lanes: _Lanes, table: _Table, first: int, last: int, u_min: float, p
         cos_a, sin_a, factor = table.cos_a[rows], table.sin_a[rows], table.factor[rows]
         u = speed_of(own.u_d, factor, u_min, params)
         cx, cy = own.gx * cos_a - own.gy * sin_a, own.gx * sin_a + own.gy * cos_a
-        own_price = table.price[rows] + _change(lanes, table.a[rows], params)
+        own_price = table.price[rows] + _change(lanes, table.a[rows], params) + factor * back_of(own, cx, cy, params)
         price[rows - first] = price_straight(own_price, u * cx, u * cy, threats, least, params)
     for row in np.flatnonzero(~table.straight[first:last]) + first:
         u = speed_of(own.u_d, float(table.factor[row, 0]), u_min, params)
         own_price = table.prices[row] + _change(lanes, float(table.a[row, 0]), params)
+        own_price = own_price + float(table.factor[row, 0]) * back_of(own, own.gx, own.gy, params)
         price[row - first] = price_on_legs(own_price, legs(own, u), threats, least, params)
     if (lanes.yielding == 1.0).any():
         held_back = (lanes.yielding == 1.0) & (table.factor[first:last] > params.yield_other_factor)

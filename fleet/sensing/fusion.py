@@ -1,6 +1,6 @@
 """Where the own boat is and how it moves, from sensors that are noisy, late, wrong at times, or gone.
 
-Two filters: position and velocity (constant velocity, which turns with the boat), and heading. Sensors give values with
+Two filters: position, velocity and the slow error of the fixes (`drift`), and heading. Sensors give values with
 a 1-sigma error and an age; one that has nothing gives NaN. All values are floats.
 """
 
@@ -12,7 +12,8 @@ from typing import Annotated
 from msgspec import Meta, Struct, structs
 
 from fleet import ops
-from fleet.sensing.kalman import by_position, by_velocity
+from fleet.sensing import drift
+from fleet.sensing.drift import Cov, Drifting, DriftParams
 
 LEAST_S = 0.005  # two headings nearer in time are one
 Positive = Annotated[float, Meta(gt=0.0)]
@@ -21,7 +22,7 @@ Positive = Annotated[float, Meta(gt=0.0)]
 class FusionParams(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Tuning of the fusion."""
 
-    q: Positive = 0.02  # spectral density of the acceleration [m2/s3]
+    drift: DriftParams = drift.PARAMS  # of position, velocity and the slow error of fixes
     sigma_m: Positive = 0.02  # no position is taken to be better
     sigma_mps: Positive = 0.02
     sigma_rad: Positive = 0.005
@@ -64,9 +65,9 @@ class Fused(Struct, frozen=True, gc=False):
     y: float  # east [m]
     vx: float  # velocity over ground, north [m/s]
     vy: float  # east [m/s]
-    P11: float  # variance of the position per axis [m2]
-    P12: float  # its covariance with the velocity [m2/s]
-    P22: float  # variance of the velocity per axis [m2/s2]
+    bx: float  # slow error of the fixes, north [m]
+    by: float  # east [m]
+    cov: Cov  # of position, velocity and slow error, per axis
     psi: float  # heading [rad]
     P_psi: float  # its variance [rad2]; inf: never known
     r: float  # yaw rate [rad/s]
@@ -81,21 +82,19 @@ class Fused(Struct, frozen=True, gc=False):
 
     @property
     def sigma(self) -> float:
-        """1-sigma error of the position per axis [m].
-
-        Never less than the receiver says: its errors last for minutes, and no mean of fixes takes them away.
-        """
-        return max(ops.sqrt(self.P11), self.told)
+        """1-sigma error of the position per axis [m]; at least half of what the receiver says (`drift.said`)."""
+        return drift.said(self.cov, self.told)
 
     @property
     def sigma_v(self) -> float:
         """1-sigma error of the velocity per axis [m/s]."""
-        return ops.sqrt(self.P22)
+        return ops.sqrt(self.cov.vv)
 
 
 NOTHING = Fused(
-    0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, math.inf, 0.0, 0.0, math.inf, math.inf, math.inf, 0.0, 0.0, math.nan, 0.0
-)
+    0.0, 0.0, 0.0, 0.0, 0.0, 0.0, Cov(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    0.0, math.inf, 0.0, 0.0, math.inf, math.inf, math.inf, 0.0, 0.0, math.nan, 0.0,
+)  # fmt: skip
 """Before the first fix."""
 PARAMS = FusionParams()
 
@@ -181,32 +180,32 @@ def _heading(fused: Fused, sensors: Sensors, dt: float, params: FusionParams) ->
 
 
 def _predicted(fused: Fused, dt: float, params: FusionParams) -> Fused:
-    """Position and velocity a step later; the velocity turns with the boat."""
+    """Position, velocity and slow error a step later; the velocity turns with the boat."""
     if not math.isfinite(fused.no_fix):
         return fused
-    s, c = ops.sincos(fused.r * dt)
-    vx, vy = c * fused.vx - s * fused.vy, s * fused.vx + c * fused.vy
-    return structs.replace(
-        fused,
-        x=fused.x + 0.5 * (fused.vx + vx) * dt,
-        y=fused.y + 0.5 * (fused.vy + vy) * dt,
-        vx=vx,
-        vy=vy,
-        P11=fused.P11 + dt * (2.0 * fused.P12 + dt * (fused.P22 + params.q * dt / 3.0)),
-        P12=fused.P12 + dt * (fused.P22 + 0.5 * params.q * dt),
-        P22=fused.P22 + params.q * dt,
-    )
+    there = drift.moved(_drifting(fused), fused.r, dt, drift.left(dt, params.drift))
+    return _with(fused, there, drift.predicted(fused.cov, fused.told, dt, params.drift))
+
+
+def _drifting(fused: Fused) -> Drifting[float]:
+    return Drifting(fused.x, fused.y, fused.vx, fused.vy, fused.bx, fused.by)
+
+
+def _with(fused: Fused, known: Drifting[float], cov: Cov) -> Fused:
+    k = known
+    return structs.replace(fused, x=k.x, y=k.y, vx=k.vx, vy=k.vy, bx=k.bx, by=k.by, cov=cov)
 
 
 def _fixed(fused: Fused, sensors: Sensors, dt: float, params: FusionParams) -> Fused:
     """After a fix: position, and velocity where the receiver measures it; unless it is an outlier."""
-    R = max(sensors.sigma, params.sigma_m) ** 2
+    told = max(sensors.sigma, params.sigma_m)
     knows_v = math.isfinite(sensors.vx + sensors.vy)
     vx, vy = (sensors.vx, sensors.vy) if knows_v else (fused.vx, fused.vy)
     x, y = sensors.x + vx * sensors.fix_age, sensors.y + vy * sensors.fix_age
-    dx, dy = x - fused.x, y - fused.y
+    off_x, off_y = x - fused.x, y - fused.y
     first = not math.isfinite(fused.no_fix)
-    outlier = not first and dx * dx + dy * dy > params.gate**2 * 2.0 * (fused.P11 + R)
+    off_sq = off_x * off_x + off_y * off_y
+    outlier = not first and off_sq > params.gate**2 * 2.0 * (fused.cov.xx + told * told)
     if outlier and fused.refused + dt < params.gate_s and fused.no_fix + dt < params.reckon_s:
         return structs.replace(
             fused, no_fix=fused.no_fix + dt, refused=fused.refused + dt, outliers=fused.outliers + 1.0
@@ -215,10 +214,12 @@ def _fixed(fused: Fused, sensors: Sensors, dt: float, params: FusionParams) -> F
         sigma_v = max(sensors.sigma_v, params.sigma_mps) if knows_v else params.start_mps
         start = (vx, vy) if knows_v else (0.0, 0.0)
         return structs.replace(
-            fused, x=x, y=y, vx=start[0], vy=start[1], P11=R, P12=0.0, P22=sigma_v * sigma_v,
-            told=sensors.sigma, no_fix=0.0, refused=0.0,
+            fused, x=x, y=y, vx=start[0], vy=start[1], bx=0.0, by=0.0, cov=drift.first(told, sigma_v, params.drift),
+            told=told, no_fix=0.0, refused=0.0,
         )  # fmt: skip
-    fused = structs.replace(by_position(fused, dx, dy, R), told=sensors.sigma, no_fix=0.0, refused=0.0)
+    cov, gain = drift.by_fix(fused.cov, drift.white_of(told, params.drift))
+    there = drift.corrected(_drifting(fused), gain, off_x - fused.bx, off_y - fused.by)
+    fused = structs.replace(_with(fused, there, cov), told=told, no_fix=0.0, refused=0.0)
     if knows_v:
         fused = _gated(fused, sensors.vx, sensors.vy, max(sensors.sigma_v, params.sigma_mps) ** 2, params)
     return fused
@@ -227,9 +228,10 @@ def _fixed(fused: Fused, sensors: Sensors, dt: float, params: FusionParams) -> F
 def _gated(fused: Fused, vx: float, vy: float, R: float, params: FusionParams) -> Fused:
     """Kalman update by a velocity [m/s]; an outlier counts for nothing."""
     dx, dy = vx - fused.vx, vy - fused.vy
-    if dx * dx + dy * dy > params.gate**2 * 2.0 * (fused.P22 + R):
+    if dx * dx + dy * dy > params.gate**2 * 2.0 * (fused.cov.vv + R):
         return structs.replace(fused, outliers=fused.outliers + 1.0)
-    return by_velocity(fused, dx, dy, R)
+    cov, gain = drift.by_velocity(fused.cov, R)
+    return _with(fused, drift.corrected(_drifting(fused), gain, dx, dy), cov)
 
 
 def _course(fused: Fused, dt: float, params: FusionParams) -> Fused:
@@ -242,7 +244,7 @@ def _course(fused: Fused, dt: float, params: FusionParams) -> Fused:
         return fused
     chi = ops.atan2(fused.vy, fused.vx)
     leeway = params.leeway_rad * params.leeway_rad
-    R = leeway + fused.P22 / (speed * speed)
+    R = leeway + fused.cov.vv / (speed * speed)
     if not math.isfinite(fused.P_psi):
         return structs.replace(fused, psi=chi, P_psi=R)
     K = fused.P_psi / (fused.P_psi + R / min(dt, 1.0))

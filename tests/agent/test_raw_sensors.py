@@ -34,7 +34,7 @@ def test_with_the_noise_of_real_sensors_a_formation_keeps_its_path_and_its_place
     assert [sea.mode(boat) for boat in ("b1", "b2")] == [Mode.FOLLOW, Mode.FOLLOW]
     assert off_path(sea) < 0.5
     assert sea.where("b1")[0] - sea.where("b2")[0] == pytest.approx(12.0, abs=0.7)
-    assert sea.state("b1").position_error_m == pytest.approx(0.3)
+    assert 0.15 <= sea.state("b1").position_error_m < 0.3
 
 
 def test_without_noise_the_boat_gets_the_truth_as_ever(tmp_path: Path) -> None:

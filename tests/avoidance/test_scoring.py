@@ -111,7 +111,7 @@ def test_companions_have_no_side_and_a_smaller_radius() -> None:
 def test_margin_and_widening_grow_the_radius() -> None:
     own, peer = own_at(sigma=1.5), peer_at(1.0, 60.0, 0.0, math.pi, sigma=1.5, widen=1.0)
     seen = view(own, peer, PARAMS)
-    assert seen.wanted == pytest.approx(7.5 + 3.0 * math.sqrt(2.0) * 1.5 + 1.0)
+    assert seen.wanted == pytest.approx(7.5 + 2.5 * math.sqrt(2.0) * 1.5 + 1.0)
     assert seen.margin == pytest.approx(2.0 * math.sqrt(2.0) * 1.5)  # of companions, whose slots are laid for it
 
 

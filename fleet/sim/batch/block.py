@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any, Generic
 
 from msgspec import Struct, structs
@@ -11,6 +12,8 @@ from fleet.agent.step import Decision, Nav, Order, PathLike, State, StepParams, 
 from fleet.avoidance import Method
 from fleet.hulls import HULLS, STEP_S, HullState, Water
 from fleet.ops import R
+from fleet.sensing import drift
+from fleet.sensing.drift import Cov, Drifting, Gains
 from fleet.sim.batch import draws
 from fleet.sim.batch.draws import Purpose
 from fleet.sim.batch.hearing import TICK_S, Column, Message, age, in_order, member, peer, weigh
@@ -56,10 +59,11 @@ class Block(Struct, Generic[R]):
     model: R  # number of its hull
     decision: Decision[R] | None = None  # of the last tick
     wing: Winged | None = None  # of a wingman or its leader
+    known: Drifting[R] | None = None  # what its sensors have said
 
 
 def sense(block: Block[R], now: int, rules: Rules) -> Nav[R]:
-    """What the sensors say."""
+    """What the sensors say; where the velocity is noisy the boat fuses them, as on board (`fleet.sensing.drift`)."""
     hull = block.hull
     vx, vy = HULLS[rules.hulls[0]].velocity(hull, block.water)
     for k, name in enumerate(rules.hulls[1:], start=1):
@@ -80,7 +84,35 @@ def sense(block: Block[R], now: int, rules: Rules) -> Nav[R]:
     if rules.gnss_velocity_mps > 0.0:
         vx = vx + rules.gnss_velocity_mps * draws.normal(h, Purpose.VELOCITY_N)
         vy = vy + rules.gnss_velocity_mps * draws.normal(h, Purpose.VELOCITY_E)
-    return Nav(one, x, y, hull.psi, vx, vy, hull.r, ops.full(one, ops.hypot(rules.gnss_sigma_m, rules.gnss_white_m)))
+    told = ops.hypot(rules.gnss_sigma_m, rules.gnss_white_m)
+    if rules.gnss_velocity_mps <= 0.0:
+        return Nav(one, x, y, hull.psi, vx, vy, hull.r, ops.full(one, told))
+    known = block.known
+    if known is None:
+        zero = ops.zero(one)
+        known = Drifting(x, y, vx, vy, zero, zero)
+    sigma = told
+    if now > 0:
+        gains = _gains(told, rules.gnss_velocity_mps, now)
+        known, sigma = drift.seen(known, x, y, vx, vy, hull.r, TICK_S, gains), gains.sigma
+    block.known = known
+    return Nav(one, known.x, known.y, hull.psi, known.vx, known.vy, hull.r, ops.full(one, sigma))
+
+
+def _gains(fix_sigma: float, velocity_sigma: float, now: int) -> Gains:
+    """Of the look at tick `now` > 0: the same for all boats that have looked at every tick."""
+    looks = _looks(fix_sigma, velocity_sigma)
+    while len(looks) <= now:
+        looks.append(drift.look(looks[-1][0], TICK_S, fix_sigma, velocity_sigma))
+    gains = looks[now][1]
+    assert gains is not None
+    return gains
+
+
+@lru_cache(maxsize=16)
+def _looks(fix_sigma: float, velocity_sigma: float) -> list[tuple[Cov, Gains | None]]:
+    """Covariance after each tick, and its gains; what is not there yet is added."""
+    return [(drift.first(fix_sigma, velocity_sigma), None)]
 
 
 def decide(block: Block[R], told: tuple[Message[R], ...], now: int, clean: bool, rules: Rules) -> Message[R]:
