@@ -188,7 +188,7 @@ class Bridge:
             self.counts["passed over"] += 1
             return
         frame = bytes(m.get_msgbuf())
-        for why in self.passages.down(target, frame, self.shared):
+        for why in self.passages.down(target, frame, self.shared, now_s):
             self._companion_says(why[0], n.WARNING, why[1])
         if kind == "HEARTBEAT":
             return

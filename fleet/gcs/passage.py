@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 MOST_WAITING = 256  # frames for one boat; beyond that the newest are dropped
 MOST_BYTES = 4096
+AGAIN_S = 5.0  # between two refusals in the same words
 
 
 class Passages:
@@ -21,7 +22,7 @@ class Passages:
         self._boats: dict[int, str] = {}
         self._sysids: dict[str, int] = {}
         self._waiting: dict[str, list[bytes]] = {}
-        self._refused: dict[str, str] = {}  # what was said last, so that it is not said for every frame
+        self._refused: dict[str, tuple[str, float]] = {}  # said last, and until when it is not said again
         self.dropped = 0
 
     def open(self, boat: str, sysid: int) -> None:
@@ -52,16 +53,17 @@ class Passages:
             else:
                 self.dropped += 1
 
-    def down(self, target: int, frame: bytes, shared: Shared) -> list[tuple[int, str]]:
-        """A frame for an autopilot, 0 all of them; (sysid, why) where it does not go on, once for each why."""
+    def down(self, target: int, frame: bytes, shared: Shared, now_s: float) -> list[tuple[int, str]]:
+        """A frame for an autopilot, 0 all of them; (sysid, why) where it does not go on, now and then."""
         refused = []
         for sysid, boat in [(target, self._boats[target])] if target in self._boats else list(self._boats.items()):
             if target not in (0, sysid):
                 continue
             why = self._refusal(boat, shared)
             if why:
-                if target and self._refused.get(boat) != why:
-                    self._refused[boat] = why
+                said, until_s = self._refused.get(boat, ("", 0.0))
+                if target and (said != why or now_s >= until_s):
+                    self._refused[boat] = (why, now_s + AGAIN_S)
                     refused.append((sysid, why))
                 continue
             self._refused.pop(boat, None)
