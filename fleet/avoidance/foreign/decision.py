@@ -24,7 +24,7 @@ from fleet.avoidance.foreign.types import Action, Afloat, Edge, Encounter, Kind,
 from fleet.ops import FloatArray
 
 AT_ONCE, LEAST_AT_ONCE = 64, 12  # ways that are worked out together
-WORK, BANK_WORK = 160, 60  # ways times guesses of the vessels in one tick; less beside banks, where ways take longer
+WORK, BANK_WORK = 100, 60  # ways times guesses of the vessels in one tick; less beside banks, where ways take longer
 MOST_AT_ONCE = 2  # more boats than that: the outermost first
 FASTER = 1.05  # an emergency speed that is not this much faster is none
 _DEG = ops.PI / 180.0

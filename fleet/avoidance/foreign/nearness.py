@@ -13,7 +13,7 @@ from fleet.avoidance.foreign.encounter import Bearing
 from fleet.avoidance.foreign.params import ForeignParams
 from fleet.avoidance.foreign.rollout import Way
 from fleet.avoidance.foreign.types import Afloat, Mate
-from fleet.ops import FloatArray
+from fleet.ops import BoolArray, FloatArray
 
 if TYPE_CHECKING:
     import numpy as np
@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 IntArray: TypeAlias = "NDArray[np.intp]"
 FAR = 1.0e6
-SIDE_REACH = 2.0  # C: passing farther off, the side does not matter
+SIDE_NEAR = 2.0  # C: passing farther off, the side is worth no part of a domain,
+SIDE_REACH = 4.0  # and farther off than this it does not matter
 
 
 class Ways(Struct, frozen=True, gc=False):
@@ -87,13 +88,15 @@ def nearness(
     worst = each = half = hull = wrong = np.zeros(ways.x.shape[2])
     near = vessels(d for d in domains if _reachable(d, boat, float(ways.t[-1, 0, 0])))
     if near.domains:
-        v_domain, v_half, v_hull, turn = _violations(ways, near, params)
+        v_domain, v_half, v_hull, turn, close = _violations(ways, near, params)
         for number in dict.fromkeys(d.number for d in near.domains):
             rows = [i for i, d in enumerate(near.domains) if d.number == number]
             v = v_domain[rows].max(axis=0)
             worst, each = np.maximum(worst, v), each + v
             side, dear = sides.get(number, (0.0, 0.0))
-            wrong = wrong + np.where((side * turn[rows[0]] < 0.0).any(axis=0), dear, 0.0)
+            off = side * turn[rows[0]] < 0.0
+            far = min(dear, params.other_side)
+            wrong = wrong + np.where((off & close[rows[0]]).any(axis=0), dear, np.where(off.any(axis=0), far, 0.0))
         half, hull = v_half.max(axis=0), v_hull.max(axis=0)
     if mates:
         v_mates, v_touch = _mates(ways, mates, params)
@@ -149,8 +152,8 @@ def _reachable(d: Domain, boat: Afloat, horizon: float) -> bool:
 
 def _violations(
     ways: Ways, near: Vessels, params: ForeignParams
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """(v, v_half, v_hull), (guess, candidate); and m of the nearest leg, (guess, boat, candidate), 0 if far off."""
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, BoolArray]:
+    """(v, v_half, v_hull), (guess, candidate); m of the nearest leg, 0 if far off, near: (guess, boat, candidate)."""
     import numpy as np
 
     x, y = _frames(ways, near)
@@ -158,7 +161,7 @@ def _violations(
     legs = _legs(ways, near, x, y, near.column("astern"), near.column("ahead"), SIDE_REACH * most)
     v, k = _violated(ways, near, legs, legs.C, params)
     turn = y[:, :-1] * (x[:, 1:] - x[:, :-1]) - x[:, :-1] * (y[:, 1:] - y[:, :-1])  # cross(p, w) dt
-    close = _at(legs.least, k) < SIDE_REACH * _at(legs.C, k)
+    least, C = _at(legs.least, k), _at(legs.C, k)
     half, hull = np.zeros_like(v), np.zeros_like(v)
     bad = np.flatnonzero(v.max(axis=0) > 0.0)  # elsewhere the smaller cores are clear, too
     if bad.size:
@@ -168,7 +171,7 @@ def _violations(
         inner = _legs(part, near, x[..., bad], y[..., bad], -size, size, params.acting_factor * radius)
         half[:, bad], _ = _violated(part, near, inner, params.half_radius * inner.C, params)
         hull[:, bad], _ = _violated(part, near, inner, near.column("hull") * np.ones_like(inner.C), params)
-    return v, half, hull, np.where(close, _at(turn, k), 0.0)
+    return v, half, hull, np.where(least < SIDE_REACH * C, _at(turn, k), 0.0), least < SIDE_NEAR * C
 
 
 def _legs(

@@ -127,7 +127,10 @@ Sensor = Literal["exact", "ais", "positions", "mixed"]
 
 
 class Vessels(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="kind", tag="vessels"):
-    """Foreign vessels meet one boat, or a formation, that sails north; they follow their courses and see nobody."""
+    """Foreign vessels meet one boat, or a formation, that sails north; they follow their courses and see nobody.
+
+    With `crossing_deg` the boats are no formation: each sails alone, and all come to the place of the meeting.
+    """
 
     cruise_mps: Above = Spread(even=(0.5, 1.5))  # per case, without a formation
     vessels: Above = 1.0  # per case, rounded down, at most 8
@@ -141,6 +144,8 @@ class Vessels(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag
     turn_deg: AtLeast0 = 0.0  # per vessel: it turns by so much, to either side,
     turn_before_s: AtLeast0 = Spread(even=(10.0, 60.0))  # per vessel: so long before it would pass,
     turn_rate_radps: Above = Spread(even=(0.03, 0.1))  # per vessel
+    crossing_deg: Drawn | None = None  # per boat but the first: its course; north is that of the first
+    crossing_late_s: Drawn = 0.0  # per boat but the first: it comes there so much later
     abreast: Lost = 0.0  # per case: from 0.5 on the formation sails abreast, else in column
     bend_deg: Turn = 0.0  # per case: by which the boats' path bends, + to starboard,
     bend_before_s: NotNegative = 30.0  # so long before the last vessel would pass

@@ -49,11 +49,12 @@ def ship_cases(name: str, spec: Spec, seed: int, cases: Sequence[int]) -> Iterat
         alone = ShipCase(
             suite=name, seed=seed, case=int(case), cruise=cruise, paths=paths, ships=(), meet_s=0.0,
             limit_s=60.0 + 3.0 * support(layout.meet_s)[1], hull=spec.hull, limits=spec.limits, radio=radio,
+            radius_m=spec.keeping_clear.radius_m,
             current=(current * math.cos(math.radians(toward)), current * math.sin(math.radians(toward))),
         )  # fmt: skip
         if spec.duration_s is not None:
             alone = _with(alone, limit_s=spec.duration_s)
-        yield _imazu(alone, layout) if isinstance(layout, Imazu) else _vessels(alone, layout, draw)
+        yield _imazu(alone, layout) if isinstance(layout, Imazu) else _vessels(alone, layout, spec, draw)
 
 
 def sail_part(name: str, spec: Spec, seed: int, cases: Sequence[int]) -> ShipResults:
@@ -76,7 +77,7 @@ def _one(draw: Draw, value: Drawn) -> float:
     return float(draw.per_scenario(value)[0])
 
 
-def _vessels(alone: ShipCase, layout: Vessels, draw: Draw) -> ShipCase:
+def _vessels(alone: ShipCase, layout: Vessels, spec: Spec, draw: Draw) -> ShipCase:
     """So many vessels, each meeting the boats at a time of its own; shore and shoal."""
     number = min(max(int(_one(draw, layout.vessels)), 1), MOST_VESSELS)
     turn = math.radians(_one(draw, layout.bend_deg))
@@ -87,6 +88,8 @@ def _vessels(alone: ShipCase, layout: Vessels, draw: Draw) -> ShipCase:
     path = alone.path()
     where = [path.at(alone.cruise * float(t)) for t in meet]
     shares = draw.per_boat(EVENLY)[0]
+    if layout.crossing_deg is not None:
+        alone = _crossing(alone, layout, spec.boats, float(meet[0]), draw)
     ships = []
     for k, point in enumerate(where):
         word = ("ais" if shares[k] < 0.5 else "positions") if layout.sensor == "mixed" else layout.sensor
@@ -99,6 +102,18 @@ def _vessels(alone: ShipCase, layout: Vessels, draw: Draw) -> ShipCase:
         middle = path.at(alone.cruise * meet_s)
         edges = (*edges, *_shoal(middle.x - aside * middle.ty, middle.y + aside * middle.tx, layout.shoal_m))
     return _with(alone, ships=tuple(ships), meet_s=meet_s, edges=edges)
+
+
+def _crossing(alone: ShipCase, layout: Vessels, boats: int, meet_s: float, draw: Draw) -> ShipCase:
+    """Boats that sail each alone, through the place where the first one would meet the first vessel."""
+    assert layout.crossing_deg is not None
+    chi = draw.per_boat(radians(layout.crossing_deg))[0, :boats]
+    late = draw.per_boat(layout.crossing_late_s)[0, :boats]
+    chi[0], late[0] = 0.0, 0.0
+    back = alone.cruise * (meet_s + late)
+    north, east = alone.cruise * meet_s - back * np.cos(chi), -back * np.sin(chi)
+    paths = tuple((x, y, 0.0) for x, y in zip(north.tolist(), east.tolist(), strict=True))
+    return _with(alone, paths=paths, courses=tuple(chi.tolist()))
 
 
 def _meeting(

@@ -21,7 +21,12 @@ def ships_problems(spec: Spec) -> Iterator[Problem]:
     layout = spec.layout
     assert isinstance(layout, Vessels | Imazu)
     yield from _unused(spec)
-    if spec.boats > 1 and spec.formation is None:
+    crossing = isinstance(layout, Vessels) and layout.crossing_deg is not None
+    if crossing and spec.formation is not None:
+        yield Problem(("formation",), "boats that cross each other are none; expected layout.crossing_deg or formation")
+    if crossing and spec.boats == 1:
+        yield Problem(("layout", "crossing_deg"), "there is one boat; expected boats of at least 2")
+    if spec.boats > 1 and spec.formation is None and not crossing:
         yield Problem(("formation",), f"missing, {spec.boats} boats that meet vessels need spacing_m and cruise_mps")
     if spec.boats == 1 and spec.formation is not None:
         yield Problem(("formation",), "one boat is none; expected boats of at least 2")
@@ -78,5 +83,7 @@ def _vessels(layout: Vessels) -> Iterator[Problem]:
     bends = support(layout.bend_deg) != (0.0, 0.0)
     if bends and layout.bend_before_s >= support(layout.meet_s)[0]:
         yield Problem(("layout", "bend_before_s"), "before the start; expected less than meet_s", layout.bend_before_s)
+    if bends and layout.crossing_deg is not None:
+        yield Problem(("layout", "bend_deg"), "boats that cross each other sail straight on", shown(layout.bend_deg))
     if bends and layout.bank_m is not None:
         yield Problem(("layout", "bank_m"), "the path bends; a bank lies beside a straight one", layout.bank_m)

@@ -52,7 +52,7 @@ def of_cases(**given: list[float]) -> ShipResults:
 
 
 def test_the_ready_families() -> None:
-    assert NAMES == ["bank", "imazu", "ship", "ships", "stopped-ship", "sudden"]
+    assert NAMES == ["bank", "both", "imazu", "ship", "ships", "stopped-ship", "sudden"]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -103,6 +103,18 @@ def test_a_formation_lies_in_column_or_abreast_and_its_options_reach_the_boats()
     (case,) = load("ship", hard, boats=3).ships(1, 0, [0])
     assert (case.hull, len(case.edges), case.radio.loss) == ("otter", 6, 0.1)
     assert case.current == pytest.approx((0.0, 0.3))
+
+
+def test_boats_of_both_come_to_one_place_at_about_the_same_time_each_on_its_own_path() -> None:
+    for case in load("both").ships(5, 0, range(8)):
+        assert case.parties == ((0,), (1,), (2,), (3,))
+        where = case.cruise * 120.0, 0.0
+        for boat in range(4):
+            point = case.path_of(boat).at(case.cruise * 120.0)
+            assert math.hypot(point.x - where[0], point.y - where[1]) <= 8.0 * case.cruise + 1e-6
+        starts = [case.paths[i][:2] for i in range(4)]
+        assert len(set(starts)) == 4
+        assert starts[0] == (0.0, 0.0)
 
 
 def test_a_vessel_turns_to_either_side() -> None:
