@@ -174,6 +174,7 @@ WRONG_SHIP: tuple[tuple[str, str, str], ...] = (
     ("[radio]", '[keeping_clear]\nmethod = "circle"\n\n[radio]', 'keeping_clear.method = "circle" (line 14): not with foreign vessels; expected none'),
     ("vessels = { one_of = [1, 2] }", "bend_deg = 40.0\nbank_m = 15.0", "layout.bank_m = 15 (line 8): the path bends; a bank lies beside a straight one"),
     ("vessels = { one_of = [1, 2] }", "bend_deg = 40.0\nbend_before_s = 130.0", "layout.bend_before_s = 130 (line 8): before the start; expected less than meet_s"),
+    ("vessels = { one_of = [1, 2] }", "crossing_deg = 90.0", "formation (line 9): boats that cross each other are none; expected layout.crossing_deg or formation"),
     ("contacts_max = 0", "standstills_max = 0", "checks.standstills_max = 0 (line 17): there is no such figure with foreign vessels"),
 )  # fmt: skip
 
