@@ -12,7 +12,8 @@ pytestmark = pytest.mark.sails
 
 
 def test_two_boats_keep_clear_of_a_barge_that_only_their_scanners_see(tmp_path: Path) -> None:
-    run = sail("barge", tmp_path, warp=6.0)
+    checks = "checks={contacts = 0, min_domain = 1.0, collisions = 0, min_separation_m = 8.0}"
+    run = sail("barge", tmp_path, "duration_s=110", checks, warp=8.0)
     assert run.summary.passed, run.summary.checks
     met = [event.text for event in run.happened("avoid", "b1")]
     assert "gives way to vessel-1, not under way" in met[0]
