@@ -101,14 +101,14 @@ def test_an_agents_configuration_says_where_each_value_came_from(
     file = tmp_path / "b1.toml"
     file.write_text('boat = "b1"\nfleet = "harbour"\ncontrol_hz = 20.0\n')
     monkeypatch.setenv("FLEET_FLEET", "genoa")
-    monkeypatch.setenv("FLEET_CONNECT", "tcp/10.0.0.5:7447,tcp/10.0.0.6:7447")
+    monkeypatch.setenv("FLEET_CONNECT", "tcp/127.0.0.1:7447,tcp/127.0.0.1:7448")
     line = ["agent", "--config", str(file), "--control-hz", "5", "--check"]
     assert main([*line, "--json"]) == 0
     values = json_of(capfd)
     assert values["boat"] == {"value": "b1", "from": str(file)}
     assert values["fleet"] == {"value": "genoa", "from": "FLEET_FLEET"}
     assert values["control_hz"] == {"value": 5.0, "from": "flag"}
-    assert values["link.connect"]["value"] == ["tcp/10.0.0.5:7447", "tcp/10.0.0.6:7447"]
+    assert values["link.connect"]["value"] == ["tcp/127.0.0.1:7447", "tcp/127.0.0.1:7448"]
     assert values["seed"] == {"value": 0, "from": "default"}
     assert main(line) == 0
     assert "genoa" in capfd.readouterr().out
