@@ -30,7 +30,7 @@ def brake(own: Own[R], peers: Sequence[Peer[R]], limits: Limits, params: Scoring
     """Stop where the own stopping segment comes too near to a peer's and advancing makes it worse than staying.
 
     A stopping segment is max(u T_u, u^2 / 2a) + 0.2 u long, along the velocity; peers are taken to stop as we do. Too
-    near is D_sh, with half the margin and the widening, and never less than the own hull.
+    near is D_sh, with its margin and the widening, and never less than the own hull.
     """
     braking, target = ops.zero(own.x), ops.full(own.x, -1.0)
     nearest = ops.full(own.x, 1e300)
