@@ -1,4 +1,4 @@
-"""Fifty boats that only speak: states ten times a second, evenly in time, status once a second.
+"""Fifty boats that only speak, in the publication slots of agents: states ten times a second, status once a second.
 
 `python -m bench.gcs_process ENDPOINT BOATS`; ends with its standard input.
 """
@@ -14,6 +14,7 @@ from msgspec import structs
 
 from bench.link_process import FLEET
 from bench.scenes import boat_state
+from fleet.agent.config import AgentConfig
 from fleet.agent.process import end_with_parent
 from fleet.wire import keys
 from fleet.wire.codec import encode
@@ -22,6 +23,7 @@ from fleet.wire.messages import MAJOR, BoatStatus
 from fleet.wire.zenoh_link import session_config
 
 PERIOD_S = 0.1
+SLOTS = AgentConfig().slots
 STATUSES = 10  # periods between two of one boat
 
 
@@ -55,13 +57,14 @@ def main(endpoint: str, boats: int) -> None:
         seq, due_s = 0, time.monotonic()
         while not stop.is_set():
             seq += 1
-            for i in range(boats):
-                due_s += PERIOD_S / boats
+            for slot in range(SLOTS):
+                due_s += PERIOD_S / SLOTS
                 time.sleep(max(0.0, due_s - time.monotonic()))
                 stamp_ns = time.time_ns()
-                states[i].put(encode(structs.replace(said[i], seq=seq, stamp_ns=stamp_ns, epoch=1, mission_id="")))
-                if (seq + i) % STATUSES == 0:
-                    statuses[i].put(told[i])
+                for i in range(slot, boats, SLOTS):
+                    states[i].put(encode(structs.replace(said[i], seq=seq, stamp_ns=stamp_ns, epoch=1, mission_id="")))
+                    if (seq + i) % STATUSES == 0:
+                        statuses[i].put(told[i])
         for token in tokens:
             token.undeclare()
 
