@@ -99,7 +99,10 @@ def revoke(name: Name, authority: Authority = HOME) -> None:
 @app.command("show")
 def show(
     folder: Annotated[
-        Path, typer.Argument(metavar="[FOLDER]", help="Of the authority, or of a station.", show_default=False)
+        Path,
+        typer.Argument(
+            metavar="[FOLDER]", envvar="FLEET_AUTHORITY", help="Of the authority, or of a station.", show_default=False
+        ),
     ] = HOME,
     json: Json = False,
 ) -> None:

@@ -42,6 +42,16 @@ def test_from_nothing_to_a_fleet_and_a_boat_less(capsys: pytest.CaptureFixture[s
     assert "fleet genoa, roster 5" in capsys.readouterr().out
 
 
+def test_one_variable_names_the_authority_for_all_of_it(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FLEET_AUTHORITY", "shore")
+    assert run("init", "--fleet", "genoa") == 0
+    assert run("operator", "anna") == 0
+    assert run("show") == 0
+    assert "fleet genoa, roster 2" in capsys.readouterr().out
+
+
 def test_no_key_is_ever_shown(capsys: pytest.CaptureFixture[str]) -> None:
     run("init")
     run("boat", "b1")
