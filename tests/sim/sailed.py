@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+from bisect import bisect_left
 from collections.abc import Callable, Mapping
+from math import hypot
 from pathlib import Path
 
 import msgspec
@@ -68,6 +70,15 @@ class Sailed:
     def own_modes(self, boat: str, since_s: float, until_s: float) -> set[str]:
         """Modes that a boat wrote down itself in a span of time."""
         return {s.mode for s in self.own_states[boat] if since_s <= self.t(s.stamp_ns) <= until_s}
+
+    def position_error(self, boat: str, state: topics.State) -> float:
+        """Metres between where a boat said it was and where it was then, between two truths 0.1 s apart."""
+        truths = self.truths[boat]
+        after = bisect_left(truths, state.stamp_ns, key=lambda truth: truth.stamp_ns)
+        one, two = truths[after - 1], truths[after]
+        share = (state.stamp_ns - one.stamp_ns) / (two.stamp_ns - one.stamp_ns)
+        x_m, y_m = one.x_m + share * (two.x_m - one.x_m), one.y_m + share * (two.y_m - one.y_m)
+        return hypot(state.x_m - x_m, state.y_m - y_m)
 
     def speed(self, boat: str, at_s: float) -> float:
         """True speed over ground at a time."""
