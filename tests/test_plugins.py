@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fleet.agent.config import load_config
-from fleet.agent.process import hardware
+from fleet.agent.hardware import hardware
 from fleet.avoidance import METHODS
 from fleet.drivers.kinds import OTHERS
 from fleet.drivers.sensors.kinds import OTHERS as SENSORS

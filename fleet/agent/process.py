@@ -8,31 +8,25 @@ import os
 import signal
 import threading
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
-from typing import Protocol, runtime_checkable
 
 from fleet import __version__
 from fleet.agent.agent import Agent
 from fleet.agent.clock import SystemClock
 from fleet.agent.config import AgentConfig
+from fleet.agent.hardware import Converses, driver_of, parts, subscribe
 from fleet.agent.loop import run
 from fleet.agent.modes import Goal, in_words, mode_word
 from fleet.agent.notify import Notifier
 from fleet.agent.orders import encoded
 from fleet.agent.scans import Outlook
 from fleet.agent.store import Store, boot_id
-from fleet.drivers.beside import Beside
-from fleet.drivers.kinds import made_by_others
 from fleet.drivers.seam import Driver, Informed, PassesOn
-from fleet.drivers.sensors.equipped import Equipped
-from fleet.drivers.sensors.kinds import equipped
-from fleet.drivers.simulated import SimulatedDriver
-from fleet.errors import ConfigError, FleetError
+from fleet.errors import FleetError
 from fleet.mission.load import encode, load
 from fleet.recording.seam import NullRecorder, Recording
 from fleet.wire import keys, zenoh_log
-from fleet.wire.bus import Bus, Heard
+from fleet.wire.bus import Bus
 from fleet.wire.credentials.roster import words_of
 from fleet.wire.credentials.trust import Trust
 from fleet.wire.credentials.trust import load as load_trust
@@ -102,74 +96,9 @@ def sail_from_file(agent: Agent, where: str, now_ns: int) -> None:
     agent.orders.begin(sailing, Goal.FOLLOW)
 
 
-def driver_of(config: AgentConfig, now_ns: Callable[[], int]) -> tuple[Driver, SimulatedDriver | None]:
-    """The driver that the configuration asks for, and a simulated boat's link to its world."""
-    if config.driver.kind == "simulated":
-        world = SimulatedDriver(config.boat, config.driver.world)
-        return equipped(config.boat, world, config.driver.sensors, now_ns), world
-    driver = equipped(config.boat, hardware(config, now_ns), config.driver.sensors, now_ns)
-    if not config.driver.simulated:
-        return driver, None
-    world = SimulatedDriver(config.boat, config.driver.world)
-    return Beside(driver, world), world
-
-
-def hardware(config: AgentConfig, now_ns: Callable[[], int]) -> Driver:
-    """The driver of real hardware, its library imported only now."""
-    if config.driver.kind == "mavlink":
-        from fleet.drivers.mavlink.driver import MavlinkDriver
-
-        return MavlinkDriver(config.driver.mavlink, now_ns, simulated=config.driver.simulated)
-    if config.driver.kind != "can":
-        return made_by_others(config.driver.kind, config.boat, config.driver.options, now_ns)
-    from fleet.drivers.can.driver import CanDriver
-
-    return CanDriver(config.driver.can, now_ns, simulated=config.driver.simulated, warp=config.clock.warp)
-
-
-@runtime_checkable
-class Converses(Protocol):
-    """A driver that waits for operators' words, and has words for them: one that talks to an autopilot."""
-
-    def obeyed(self, kind: str) -> None:
-        """A command of an operator was accepted."""
-
-    def said(self) -> list[str]:
-        """What the hardware said since the last call."""
-
-
-@runtime_checkable
-class Subscribes(Protocol):
-    """A sensor whose values somebody else on board publishes under the boat's own name."""
-
-    key: str
-    """Under which part of it."""
-
-    def listen(self, poll: Callable[[], list[Heard]]) -> None:
-        """From now on `poll` gives what was published."""
-
-
-def subscribe(driver: Driver, bus: Bus) -> None:
-    """Lets sensors hear what is published for them; before the bus is opened. ConfigError for two under one key."""
-    keys_taken: set[str] = set()
-    equipped_one = driver
-    while isinstance(equipped_one, Beside | Equipped):
-        for sensor in equipped_one.sensors if isinstance(equipped_one, Equipped) else ():
-            if isinstance(sensor, Subscribes):
-                if sensor.key in keys_taken:
-                    raise ConfigError(f"driver.sensors: two listen to key {sensor.key!r}; expected another for each")
-                keys_taken.add(sensor.key)
-                bus.listen_own(sensor.key)
-                sensor.listen(partial(bus.poll_own, sensor.key))
-        equipped_one = equipped_one.hardware
-
-
 def join(agent: Agent, driver: Driver) -> Callable[[], None]:
     """Lets a driver hear what operators order; what is returned lets them hear the driver, a tick at a time."""
-    hardware_of, sensors = driver, None
-    while isinstance(hardware_of, Beside | Equipped):
-        sensors = hardware_of if isinstance(hardware_of, Equipped) else sensors
-        hardware_of = hardware_of.hardware
+    hardware_of, sensors = parts(driver)
     converses = hardware_of if isinstance(hardware_of, Converses) else None
     if converses is not None:
         agent.orders.obeyed = converses.obeyed

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 
 from fleet.agent.config import AgentConfig
-from fleet.agent.process import driver_of
+from fleet.agent.hardware import driver_of
 from fleet.doctor.finding import Finding, fail, ok, warn
 from fleet.drivers.seam import Driver, Reading
 from fleet.errors import FleetError

@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import pty
+import select
 import subprocess
 import sys
 import time
@@ -47,6 +49,49 @@ def here(*argv: str, **more: str) -> subprocess.CompletedProcess[str]:
     ):
         code = main(argv)
     return subprocess.CompletedProcess(argv, code, out.getvalue(), err.getvalue())
+
+
+def at_terminal(
+    *argv: str, hold_s: float, hangs_up: bool = False, then: Callable[[], None] = lambda: None
+) -> tuple[int, str]:
+    """A command on a terminal, with a key held down for so long; exit code and what was shown.
+
+    Args:
+        argv: of `fleet`
+        hold_s: from the time that it asks for the key
+        hangs_up: the terminal is closed then, as by a line that is cut
+        then: called at the end of that
+    """
+    ours, theirs = pty.openpty()
+    child = subprocess.Popen([*FLEET, *argv], stdin=theirs, stdout=theirs, stderr=theirs, env=environment())
+    os.close(theirs)
+    shown, until_s, held = b"", 0.0, False
+    deadline = time.monotonic() + 60.0
+    try:
+        while child.poll() is None and time.monotonic() < deadline:
+            if select.select([ours], [], [], 0.05)[0]:
+                try:
+                    shown += os.read(ours, 4096)
+                except OSError:
+                    break
+            if not until_s and b"hold a key" in shown:
+                until_s = time.monotonic() + hold_s
+            if time.monotonic() < until_s:
+                os.write(ours, b" ")
+            elif until_s and not held:
+                held = True
+                then()
+                if hangs_up:
+                    break
+        if hangs_up:
+            os.close(ours)
+            ours = -1
+        return child.wait(30), shown.decode()
+    finally:
+        child.kill()
+        child.wait()
+        if ours >= 0:
+            os.close(ours)
 
 
 @contextlib.contextmanager

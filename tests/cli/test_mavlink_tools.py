@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import pty
-import select
-import subprocess
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -14,7 +10,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from fleet.drivers.mavlink import words
-from tests.cli.terminal import FLEET, environment, fleet
+from tests.cli.terminal import at_terminal, fleet
 from tests.drivers.mavlink.bench import STEP_NS, STEPS, Bench
 
 
@@ -91,27 +87,8 @@ def test_where_nobody_answers_the_doctor_says_so() -> None:
 
 # -- drive -------------------------------------------------------------------------------------------------------------
 def driven(live: Live, *argv: str, hold_s: float) -> tuple[int, str]:
-    """`fleet drive` on a terminal, with a key held down for so long; exit code and what was shown."""
-    ours, theirs = pty.openpty()
-    child = subprocess.Popen(
-        [*FLEET, "drive", live.endpoint, *argv], stdin=theirs, stdout=theirs, stderr=theirs, env=environment()
-    )
-    os.close(theirs)
-    shown, until = b"", 0.0
-    deadline = time.monotonic() + 60.0
-    while child.poll() is None and time.monotonic() < deadline:
-        if select.select([ours], [], [], 0.05)[0]:
-            try:
-                shown += os.read(ours, 4096)
-            except OSError:
-                break
-        if not until and b"hold a key" in shown:
-            until = time.monotonic() + hold_s
-        if time.monotonic() < until:
-            os.write(ours, b" ")
-    code = child.wait(30)
-    os.close(ours)
-    return code, shown.decode()
+    """`fleet drive` of its autopilot; exit code and what was shown."""
+    return at_terminal("drive", live.endpoint, *argv, hold_s=hold_s)
 
 
 def test_a_boat_driven_ahead_and_to_starboard_is_armed_judged_stopped_and_disarmed(live: Live) -> None:

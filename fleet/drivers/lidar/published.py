@@ -22,7 +22,7 @@ TAKEN = frozenset({keys.STATE, keys.STATUS, keys.ALIVE, keys.EVENT, *keys.ASKED}
 
 
 class PublishedScans:
-    """See `fleet.drivers.seam.Sensor`; `fleet.agent.process.Subscribes` gives it what was published."""
+    """See `fleet.drivers.seam.Sensor`; `fleet.agent.hardware.Subscribes` gives it what was published."""
 
     gives = frozenset({"scan"})
 

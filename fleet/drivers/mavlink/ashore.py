@@ -43,9 +43,7 @@ class Ashore:
     def find(self, at_most_s: float) -> None:
         """Wait for the autopilot; FleetError when it does not speak."""
         if not self.wait(lambda: self.driver.vehicle.heard_ns > 0, at_most_s):
-            others = self.driver.frames.counts["others"]
-            hint = f"; {others} messages of others came, is its sysid another?" if others else ""
-            raise FleetError(f"{self.reading.trouble or 'no autopilot'}, after {at_most_s:g} s{hint}")
+            raise FleetError(f"{self.reading.trouble or 'no autopilot'}, after {at_most_s:g} s")
 
     def ask(self, names: Iterable[str], at_most_s: float) -> dict[str, float]:
         """Parameters by name; those that the autopilot does not have are missing."""

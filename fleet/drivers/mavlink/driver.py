@@ -140,6 +140,15 @@ class MavlinkDriver:
         elif kind in WITHDRAWS:
             self._permit_ns, self._wanted_ns = 0, min(self._wanted_ns, self._now_ns())
 
+    @property
+    def armed(self) -> bool:
+        """Whether the autopilot is, as its HEARTBEAT says."""
+        return self.vehicle.armed
+
+    def disarm(self) -> None:
+        """Ask for it, once; an agent never does, a person at the quay may."""
+        self.link.send(self.talk.arm(False))
+
     # -- ground stations -------------------------------------------------------------------------------------------
     @property
     def sysid(self) -> int:
@@ -293,7 +302,8 @@ class MavlinkDriver:
         """Why the boat cannot be commanded whatever is said."""
         silent_s = self.vehicle.silent_s(now_ns)
         if math.isinf(silent_s):
-            return f"no autopilot with sysid {self.config.sysid} at {self.config.endpoint}"
+            hint = "; others speak there, is its sysid another?" if self.frames.counts["others"] else ""
+            return f"no autopilot with sysid {self.config.sysid} at {self.config.endpoint}{hint}"
         return f"the autopilot is silent for {silent_s:.0f} s" if silent_s > SILENT_S else ""
 
     def _not_driving(self, now_ns: int) -> str:

@@ -11,7 +11,7 @@ import msgspec
 import pytest
 import zenoh
 
-from fleet.agent.process import Subscribes, subscribe
+from fleet.agent.hardware import Subscribes, subscribe
 from fleet.drivers.lidar.published import PublishedScans
 from fleet.drivers.seam import Observed, Reading
 from fleet.drivers.sensors.config import SensorConfig
