@@ -14,8 +14,9 @@ from fleet.gcs.passage import Passages
 from fleet.gcs.seat import Peer, Station
 from fleet.gcs.shared import Shared
 from fleet.gcs.sysids import Sysids
-from fleet.gcs.telemetry import pieces
+from fleet.gcs.telemetry import MAKERS, Shown, pieces
 from fleet.gcs.vehicle import Vehicle
+from fleet.gcs.voice import Voice
 from fleet.gcs.wishes import Done, Kind, Wish
 from fleet.mission.model import Mission
 from fleet.operator.view import BoatView
@@ -52,7 +53,7 @@ class Bridge:
         self.shared = Shared(operator, template, home_first=autopilot != n.GENERIC)
         self.vehicles: dict[str, Vehicle] = {}
         self.passages = Passages()
-        self.outbox: list[tuple[Peer | None, bytes]] = []  # (peer, datagram); None: to all
+        self.outbox: list[tuple[Peer | None, bytes]] = []  # (peer, frame); None: to all
         self.wishes: list[Wish] = []
         self.notes: list[str] = []  # for whoever started the bridge
         self.counts: Counter[str] = Counter()
@@ -99,14 +100,16 @@ class Bridge:
             self.passages.open(boat, sysid)
             self.notes.append(f"{boat}: sysid {sysid}, its autopilot's own frames")
             return
-        codec = self.mavlink.MAVLink(None, srcSystem=sysid, srcComponent=n.COMPONENT)
-        self._sign(codec)
+        voice = Voice(self.mavlink, sysid, n.COMPONENT)
+        self._sign(voice.codec)
 
         def send(peer: Peer | None, message: Any) -> None:
-            self.outbox.append((peer, bytes(message.pack(codec))))
-            codec.seq = (codec.seq + 1) % 256
+            self.outbox.append((peer, voice.message(message)))
 
-        vehicle = Vehicle(self.mavlink, boat, sysid, self.shared, send, self._ask, autopilot=self._autopilot)
+        def report(peer: Peer | None, number: int, shown: Shown) -> None:
+            self.outbox.append((peer, voice.values(number, MAKERS[number](shown))))
+
+        vehicle = Vehicle(self.mavlink, boat, sysid, self.shared, send, report, self._ask, autopilot=self._autopilot)
         self.vehicles[boat] = self._by_sysid[sysid] = vehicle
         self.notes.append(f"{boat}: sysid {sysid}")
 

@@ -79,7 +79,7 @@ def hand_out(v: Vehicle, station: Station, number: int, answer: Answer) -> None:
         answer(n.UNSUPPORTED)
         return
     answer(n.ACCEPTED)
-    v.send(station[0], MAKERS[number](v.mavlink, v.shown))
+    v.report(station[0], number, v.shown)
 
 
 def arm(v: Vehicle, station: Station, m: Any, answer: Answer) -> None:

@@ -1,4 +1,4 @@
-"""What is sent of a boat by itself, and how often. Values in, messages out."""
+"""What is sent of a boat by itself, and how often. Pure: a boat as it is shown in, the fields of messages out."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from fleet.agent.modes import Mode
 from fleet.drivers.mavlink import words
 from fleet.gcs import display
 from fleet.gcs import numbers as n
+from fleet.gcs.voice import Values
 from fleet.mission.model import Geographic
 from fleet.wire.messages import BoatState, BoatStatus
 
@@ -29,6 +30,7 @@ RATES: dict[int, float] = {  # message -> Hz; HEARTBEAT is apart: it goes out on
 SENSORS = 0x2 | 0x4 | 0x20 | 0x200000  # gyroscope, compass, GNSS, estimator
 EKF_GOOD, EKF_LOST = 0x33F, 0xA7
 UNKNOWN = 65535
+NO_CELLS = (UNKNOWN,) * 10
 ENDED, UNDER_WAY, WAITS = 5, 3, 2  # mission_state: complete, active, not started
 DEG = 180.0 / math.pi
 
@@ -46,11 +48,11 @@ class Shown(Struct):
     autopilot: int = words.ARDUPILOT
 
 
-def heartbeat(mavlink: Any, s: Shown) -> Any:
+def _heartbeat(s: Shown) -> Values:
     """What it is and does."""
     base = display.base_mode(s.mode, s.armed)
     kind, status = words.SURFACE_BOAT, display.system_status(s.state)
-    return mavlink.MAVLink_heartbeat_message(kind, s.autopilot, base, s.mode, status, 3)
+    return kind, s.autopilot, base, s.mode, status, 3
 
 
 def _boot_ms(state: BoatState) -> int:
@@ -72,77 +74,74 @@ def _percent(s: Shown) -> int:
     return round(battery) if 0.0 <= battery <= 100.0 else -1
 
 
-def _position(mavlink: Any, s: Shown) -> Any:
+def _position(s: Shown) -> Values:
     st = s.state
     speed = min(st.sog_mps, 300.0) * 100.0
     velocity = (round(speed * math.cos(st.cog_rad)), round(speed * math.sin(st.cog_rad)), 0)
     heading = round(_degrees(st.heading_rad) * 100.0) % 36000
-    return mavlink.MAVLink_global_position_int_message(_boot_ms(st), *_place(st), 0, 0, *velocity, heading)
+    return _boot_ms(st), *_place(st), 0, 0, *velocity, heading
 
 
-def _attitude(mavlink: Any, s: Shown) -> Any:
+def _attitude(s: Shown) -> Values:
     st = s.state
     psi = math.remainder(st.heading_rad, math.tau)
-    return mavlink.MAVLink_attitude_message(_boot_ms(st), 0.0, 0.0, psi, 0.0, 0.0, st.yaw_rate_radps)
+    return _boot_ms(st), 0.0, 0.0, psi, 0.0, 0.0, st.yaw_rate_radps
 
 
-def _hud(mavlink: Any, s: Shown) -> Any:
+def _hud(s: Shown) -> Values:
     st = s.state
     most = max(st.plan_speed_mps, abs(st.decided_speed_mps), 0.1)
     throttle = round(100.0 * min(abs(st.decided_speed_mps) / most, 1.0)) if s.armed else 0
     heading = round(_degrees(st.heading_rad)) % 360
-    return mavlink.MAVLink_vfr_hud_message(st.sog_mps, st.sog_mps, heading, throttle, 0.0, 0.0)
+    return st.sog_mps, st.sog_mps, heading, throttle, 0.0, 0.0
 
 
-def _sys_status(mavlink: Any, s: Shown) -> Any:
+def _sys_status(s: Shown) -> Values:
     has = SENSORS | words.PRE_ARM
     good = SENSORS if display.sound(s.state) else SENSORS & ~0x200020
     if not s.state.stops and not display.why_not_ready(s.state):
         good |= words.PRE_ARM
-    return mavlink.MAVLink_sys_status_message(has, has, good, 0, UNKNOWN, -1, _percent(s), 0, 0, 0, 0, 0, 0)
+    return has, has, good, 0, UNKNOWN, -1, _percent(s), 0, 0, 0, 0, 0, 0
 
 
-def _battery(mavlink: Any, s: Shown) -> Any:
-    none = [UNKNOWN] * 10
-    return mavlink.MAVLink_battery_status_message(0, 0, 0, 32767, none, -1, -1, -1, _percent(s))
+def _battery(s: Shown) -> Values:
+    return 0, 0, 0, 32767, *NO_CELLS, -1, -1, -1, _percent(s)
 
 
-def _fix(mavlink: Any, s: Shown) -> Any:
+def _fix(s: Shown) -> Values:
     st = s.state
     fix = 3 if display.sound(st) else 1
     error_mm = min(max(1, round(st.position_error_m * 1e3)), 2**32 - 1)
     course, speed = round(_degrees(st.cog_rad) * 100.0) % 36000, round(min(st.sog_mps, 300.0) * 100.0)
-    make = mavlink.MAVLink_gps_raw_int_message
     dilution = (UNKNOWN, UNKNOWN)
-    return make(_boot_ms(st) * 1000, fix, *_place(st), 0, *dilution, speed, course, 255, 0, error_mm, error_mm, 0)
+    return _boot_ms(st) * 1000, fix, *_place(st), 0, *dilution, speed, course, 255, 0, error_mm, error_mm, 0
 
 
-def _estimator(mavlink: Any, s: Shown) -> Any:
+def _estimator(s: Shown) -> Values:
     flags = EKF_GOOD if display.sound(s.state) else EKF_LOST
-    return mavlink.MAVLink_ekf_status_report_message(flags, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return flags, 0.0, 0.0, 0.0, 0.0, 0.0
 
 
-def _mission(mavlink: Any, s: Shown) -> Any:
+def _mission(s: Shown) -> Values:
     going = s.state.mode in (Mode.FOLLOW, Mode.AVOID, Mode.ALONE)
     state = UNDER_WAY if going else WAITS if s.items else 1
-    return mavlink.MAVLink_mission_current_message(min(s.item, UNKNOWN), min(s.items, UNKNOWN), state)
+    return min(s.item, UNKNOWN), min(s.items, UNKNOWN), state
 
 
-def _home(mavlink: Any, s: Shown) -> Any:
+def _home(s: Shown) -> Values:
     home = s.home
     lat, lon = (round(home.lat_deg * 1e7), round(home.lon_deg * 1e7)) if home is not None else _place(s.state)
-    return mavlink.MAVLink_home_position_message(lat, lon, 0, 0.0, 0.0, 0.0, [1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0)
+    return lat, lon, 0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
 
 
-def _version(mavlink: Any, s: Shown) -> Any:
+def _version(s: Shown) -> Values:
     del s
     capable = n.MAVLINK2 | n.MISSION_INT | n.COMMAND_INT | n.PARAM_FLOAT
-    none, release = [0] * 8, 4 << 24 | 6 << 16 | 255  # 4.6.0 official: what stations take as their dialect of modes
-    return mavlink.MAVLink_autopilot_version_message(capable, release, 0, 0, 0, none, none, none, 0, 0, 0)
+    return capable, 4 << 24 | 6 << 16 | 255  # 4.6.0 official: what stations take as their dialect of modes
 
 
-MAKERS: dict[int, Callable[[Any, Shown], Any]] = {
-    n.HEARTBEAT: heartbeat,
+MAKERS: dict[int, Callable[[Shown], Values]] = {
+    n.HEARTBEAT: _heartbeat,
     n.GLOBAL_POSITION_INT: _position,
     n.ATTITUDE: _attitude,
     n.VFR_HUD: _hud,
@@ -154,7 +153,7 @@ MAKERS: dict[int, Callable[[Any, Shown], Any]] = {
     n.HOME_POSITION: _home,
     n.AUTOPILOT_VERSION: _version,
 }
-"""Every message that can be asked for by its number."""
+"""Fields of every message that can be asked for by its number."""
 
 
 def pieces(mavlink: Any, severity: int, text: str, number: int) -> list[Any]:

@@ -14,10 +14,11 @@ from fleet.gcs.items import Item, WrongItem, course_of, item_of
 from fleet.gcs.parameters import PARAMETERS
 from fleet.gcs.seat import Peer, Station
 from fleet.gcs.shared import Charted, Shared
-from fleet.gcs.telemetry import MAKERS, RATES, Shown, heartbeat, pieces
+from fleet.gcs.telemetry import RATES, Shown, pieces
 from fleet.gcs.uploads import Missions
 from fleet.gcs.wishes import Done, Kind
 from fleet.mission.model import Geographic
+from fleet.wire.messages import BoatState
 
 HEARTBEAT_S = 1.0
 PERIODS = {message: 1.0 / hz for message, hz in RATES.items()}
@@ -42,6 +43,7 @@ MISSION_MESSAGES = frozenset(
 GUIDED_ITEM = 2  # `current` of an item that is a place to go to at once
 
 Send = Callable[[Peer | None, Any], None]
+Report = Callable[[Peer | None, int, Shown], None]
 Ask = Callable[[Kind, str, Any, Callable[[Done], None]], None]
 """(kind, boat, value, what to do with the answer)."""
 
@@ -50,11 +52,22 @@ class Vehicle:
     """See the module."""
 
     def __init__(
-        self, mavlink: Any, boat: str, sysid: int, shared: Shared, send: Send, ask: Ask, *, autopilot: int
+        self,
+        mavlink: Any,
+        boat: str,
+        sysid: int,
+        shared: Shared,
+        send: Send,
+        report: Report,
+        ask: Ask,
+        *,
+        autopilot: int,
     ) -> None:
-        """Args: send: a message to a peer, None to all; ask: a wish, and what to do when it is done."""
+        """Args: send: a message to a peer, None to all; report: one of `MAKERS`, by its number, of the boat as it is
+        shown; ask: a wish, and what to do when it is done.
+        """
         self.mavlink, self.boat, self.sysid, self.shared = mavlink, boat, sysid, shared
-        self.send, self._ask, self._autopilot = send, ask, autopilot
+        self.send, self.report, self._ask, self._autopilot = send, report, ask, autopilot
         self.missions = Missions(
             mavlink, send, self.say, self.items, self._uploaded, self._may, home_first=shared.home_first
         )
@@ -70,7 +83,8 @@ class Vehicle:
         self._beat_s = -math.inf
         self._beaten: tuple[int, bool, int] | None = None
         self._due: dict[int, float] = {}
-        self._next_s = 0.0
+        self._next_s = 0.0  # nothing falls due before
+        self._says: tuple[object, ...] = ()
         self._item = 0
         self._texts, self._room, self._room_s = 0, float(MOST_TEXTS), 0.0
         self.values: dict[str, float] = {}
@@ -88,21 +102,26 @@ class Vehicle:
                 self.quiet, self.ready = True, False
                 self.tell(n.CRITICAL, f"{self.boat} is not heard any more: no HEARTBEAT until it is")
             return
+        assert view is not None
+        assert view.state is not None
+        if now_s - self._watched_s >= WATCHED_S:
+            self._watched_s = now_s
+            tuning.watch(self)
+        says = _says(view.state)
+        if says == self._says and now_s < self._next_s and not self.quiet:
+            return
+        self._says = says
         shown = self._look(now_s)
         if self.quiet:
-            self.quiet, self._next_s = False, now_s + STAGGER_S * (self.sysid % STAGGERED)
-            self._due = dict.fromkeys(PERIODS, self._next_s)
+            self.quiet = False
+            self._due = dict.fromkeys(PERIODS, now_s + STAGGER_S * (self.sysid % STAGGERED))
             self._beaten = None
         beat = (shown.mode, shown.armed, display.system_status(shown.state))
         if beat != self._beaten or now_s - self._beat_s >= HEARTBEAT_S:
             self._beaten, self._beat_s = beat, now_s
-            self.send(None, heartbeat(self.mavlink, shown))
-        if now_s >= self._next_s:
-            self._stream(now_s, shown)
+            self.report(None, n.HEARTBEAT, shown)
+        self._stream(now_s, shown)
         self._progress(shown)
-        if now_s - self._watched_s >= WATCHED_S:
-            self._watched_s = now_s
-            tuning.watch(self)
 
     def _stream(self, now_s: float, shown: Shown) -> None:
         """The messages that are due."""
@@ -110,8 +129,8 @@ class Vehicle:
             due_s = self._due[message]
             if now_s >= due_s:
                 self._due[message] = due_s + period_s if now_s - due_s < period_s else now_s + period_s
-                self.send(None, MAKERS[message](self.mavlink, shown))
-        self._next_s = min(self._due.values())
+                self.report(None, message, shown)
+        self._next_s = min(self._beat_s + HEARTBEAT_S, *self._due.values())
 
     def _look(self, now_s: float) -> Shown:
         """What the boat looks like now."""
@@ -141,7 +160,7 @@ class Vehicle:
             self._beat_s = self.now_s
             shown = self._look(self.now_s)
             self._beaten = (shown.mode, shown.armed, display.system_status(shown.state))
-            self.send(None, heartbeat(self.mavlink, shown))
+            self.report(None, n.HEARTBEAT, shown)
 
     def _progress(self, shown: Shown) -> None:
         """Items that were passed."""
@@ -276,3 +295,8 @@ class Vehicle:
             self.send(peer, self.mavlink.MAVLink_mission_ack_message(*to, code, n.MISSION))
 
         commands.go_to(self, station, item.x, item.y, item.frame, 0.0, answer)
+
+
+def _says(state: BoatState) -> tuple[object, ...]:
+    """What is shown at once when it changes; anything else can wait until a message is due that tells it."""
+    return state.mode, state.reasons, state.stops, state.mission_id
