@@ -10,13 +10,14 @@ import contextlib
 import ipaddress
 import select
 import socket
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from fleet.errors import ConfigError
 from fleet.gcs.seat import Peer
 
 DEFAULT = ("udp:127.0.0.1:14550",)
 LARGEST = 65535
+LARGEST_SENT = 1400  # of several frames in one datagram: whole on every network that has packets of 1500 bytes
 MOST_DATAGRAMS = 256  # of one socket in one look
 GUEST_S = 10.0  # who said nothing for so long is told nothing more
 MOST_GUESTS = 8
@@ -42,6 +43,22 @@ def is_loopback(host: str) -> bool:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
         return False
+
+
+def joined(outgoing: Iterable[tuple[Peer | None, bytes]]) -> Iterator[tuple[Peer | None, bytes]]:
+    """The same bytes in fewer datagrams: frames to one peer that follow one another go together, as far as they fit."""
+    to: Peer | None = None
+    waiting: list[bytes] = []
+    size = 0
+    for peer, frame in outgoing:
+        if waiting and (peer != to or size + len(frame) > LARGEST_SENT):
+            yield to, b"".join(waiting)
+            waiting, size = [], 0
+        to = peer
+        waiting.append(frame)
+        size += len(frame)
+    if waiting:
+        yield to, b"".join(waiting)
 
 
 class _Socket:
@@ -102,6 +119,7 @@ class Port:
     def __init__(self, endpoints: Sequence[str]) -> None:
         """ConfigError when one cannot be had."""
         self._sockets: list[_Socket] = []
+        self._numbers: dict[int, int] = {}  # of sockets, by descriptor
         self._poll = select.poll()
         try:
             for text in endpoints:
@@ -109,8 +127,9 @@ class Port:
         except ConfigError:
             self.close()
             raise
-        for one in self._sockets:
+        for i, one in enumerate(self._sockets):
             self._poll.register(one.socket, select.POLLIN)
+            self._numbers[one.socket.fileno()] = i
 
     @property
     def numbers(self) -> list[int]:
@@ -123,7 +142,8 @@ class Port:
 
     def receive(self, now_s: float) -> list[tuple[Peer, bytes]]:
         """(peer, datagram) that arrived."""
-        return [((i, g), payload) for i, one in enumerate(self._sockets) for g, payload in one.receive(now_s)]
+        ready = sorted(self._numbers[descriptor] for descriptor, _ in self._poll.poll(0))
+        return [((i, guest), payload) for i in ready for guest, payload in self._sockets[i].receive(now_s)]
 
     def welcome(self, peer: Peer, now_s: float) -> None:
         """A peer said something in MAVLink."""
@@ -133,9 +153,9 @@ class Port:
             guests[guest] = now_s
 
     def send(self, outgoing: Sequence[tuple[Peer | None, bytes]], now_s: float) -> None:
-        """Datagrams to their peers; None: to all."""
+        """Frames to their peers; None: to all."""
         everybody = [(one, guest) for one in self._sockets for guest in one.present(now_s)]
-        for peer, datagram in outgoing:
+        for peer, datagram in joined(outgoing):
             if peer is None:
                 for one, guest in everybody:
                     one.send(datagram, guest, now_s)

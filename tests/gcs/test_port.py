@@ -8,10 +8,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from fleet.errors import ConfigError, UsageError
-from fleet.gcs.port import Port, is_loopback, parse
+from fleet.gcs.port import LARGEST_SENT, Port, is_loopback, joined, parse
 from fleet.gcs.run import GcsConfig
+from fleet.gcs.seat import Peer
 
 
 @pytest.fixture
@@ -59,6 +62,22 @@ def test_a_guest_is_told_everything_while_it_speaks(station: socket.socket) -> N
     with pytest.raises(BlockingIOError):
         station.recv(100)
     port.close()
+
+
+def test_frames_that_leave_together_go_in_few_datagrams() -> None:
+    guest = (0, ("127.0.0.1", 1))
+    frames = [(None, b"a"), (None, b"b"), (guest, b"c"), (guest, b"d"), (None, b"e")]
+    assert list(joined(frames)) == [(None, b"ab"), (guest, b"cd"), (None, b"e")]
+    assert list(joined([])) == []
+
+
+@given(st.lists(st.tuples(st.sampled_from([None, (0, None), (1, None)]), st.binary(min_size=12, max_size=280))))
+def test_joining_keeps_every_byte_and_the_order(frames: list[tuple[Peer | None, bytes]]) -> None:
+    datagrams = list(joined(frames))
+    for peer in (None, (0, None), (1, None)):
+        assert b"".join(d for to, d in datagrams if to == peer) == b"".join(f for to, f in frames if to == peer)
+    assert all(len(datagram) <= LARGEST_SENT for _, datagram in datagrams)
+    assert b"".join(d for _, d in datagrams) == b"".join(f for _, f in frames)
 
 
 def test_a_station_that_is_not_there_costs_nothing() -> None:
