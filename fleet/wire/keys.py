@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 
 from fleet.errors import UsageError
 
@@ -45,6 +46,7 @@ def operator_key(fleet: str, operator: str) -> str:
     return f"fleet/{fleet}/{OPERATOR}/{operator}/alive"
 
 
+@lru_cache(maxsize=1024)
 def boat_of(key_expr: str) -> str:
     """The boat that a key belongs to; `` for a key that is nobody's, such as one with wildcards."""
     parts = key_expr.split("/", 3)

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections import deque
 from collections.abc import Iterable
-from functools import partial
 from typing import Any
 
 import zenoh
@@ -16,7 +14,8 @@ from fleet.wire.credentials.trust import Trust
 from fleet.wire.link import LinkConfig
 from fleet.wire.zenoh_link import MOST_TOKENS, direct, session_config
 
-STATES = 16384  # kept until they are fetched: 100 boats for 16 s
+KEPT = {keys.STATE: 16384}  # until they are fetched: 100 boats for 16 s
+KEPT_OTHERS = 8192  # of each other name
 LARGEST_HEARD = 1 << 16  # bytes of a state, a status or an event that an operator's machine keeps
 
 
@@ -32,8 +31,7 @@ class OperatorBus:
         self._session: zenoh.Session | None = None
         self._alive: dict[str, bool] = {}
         self._kept: list[Any] = []
-        self._states: list[Any] = []
-        self._heard: deque[tuple[str, str, bytes]] = deque(maxlen=65536)
+        self._rings: list[tuple[str, Any]] = []
 
     def open(self, timeout_s: float) -> bool:
         """Connect within the timeout; False when nobody answers at the endpoint."""
@@ -57,30 +55,25 @@ class OperatorBus:
         return True
 
     def listen(self, what: Iterable[str]) -> None:
-        """Keep what boats publish under these names until `heard` fetches it."""
+        """Keep what boats publish under these names until `heard` fetches it; the newest, where there is too much.
+
+        In rings of Zenoh's own: a callback into Python costs twice as much, and a thread of Zenoh's waits for it.
+        """
         assert self._session is not None
         for name in what:
-            key = keys.key(self._fleet, "*", name)
-            if name == keys.STATE:  # the most by far; a ring of Zenoh's own costs half of a callback into Python
-                ring = self._session.declare_subscriber(key, zenoh.handlers.RingChannel(STATES))
-                self._kept.append(ring)
-                self._states.append(ring.handler)
-            else:
-                self._kept.append(self._session.declare_subscriber(key, direct(partial(self._deposit, name))))
-
-    def _deposit(self, what: str, sample: zenoh.Sample) -> None:
-        boat = keys.boat_of(str(sample.key_expr))
-        if boat and len(sample.payload) <= LARGEST_HEARD:
-            self._heard.append((what, boat, sample.payload.to_bytes()))
+            ring: Any = zenoh.handlers.RingChannel(KEPT.get(name, KEPT_OTHERS))
+            subscriber = self._session.declare_subscriber(keys.key(self._fleet, "*", name), ring)
+            self._kept.append(subscriber)
+            self._rings.append((name, subscriber.handler))
 
     def heard(self) -> list[tuple[str, str, bytes]]:
         """(what, boat, payload) since the last call."""
-        for ring in self._states:
-            while (sample := ring.try_recv()) is not None:
-                self._deposit(keys.STATE, sample)
         messages: list[tuple[str, str, bytes]] = []
-        while self._heard:
-            messages.append(self._heard.popleft())
+        for what, ring in self._rings:
+            while (sample := ring.try_recv()) is not None:
+                boat = keys.boat_of(str(sample.key_expr))
+                if boat and len(sample.payload) <= LARGEST_HEARD:
+                    messages.append((what, boat, sample.payload.to_bytes()))
         return messages
 
     def _on_alive(self, sample: zenoh.Sample) -> None:
