@@ -472,3 +472,31 @@ def test_opening_never_blocks_though_nobody_is_there() -> None:
         assert not bus.open()
     assert time.monotonic() - began < 0.5
     bus.close()
+
+
+def test_an_operator_hears_boats_before_and_after_the_hub_was_started_again() -> None:
+    net = HubNet()
+    try:
+        (boat,) = opened(net, "a")
+        shore = OperatorBus("test", "anna", net._link_of_operator())
+        assert shore.open(PATIENCE_S)
+        shore.listen((keys.STATE, keys.STATUS))
+
+        def hears() -> bool:
+            boat.put_state(b"state")
+            boat.put(keys.STATUS, b"status")
+            return {("state", "a", b"state"), ("status", "a", b"status")} <= set(shore.heard())
+
+        wait_for(hears, "heard")
+        wait_for(lambda: shore.alive() == {"a"}, "alive")
+        wait_for(hears, "heard by the number of its key")
+        net.cut()
+        wait_for(lambda: not boat.link_up(), "cut")
+        net.mend()
+        wait_for(boat.link_up, "mended")
+        wait_for(lambda: shore.alive() == {"a"}, "alive again")
+        shore.heard()
+        wait_for(hears, "heard again")
+        shore.close()
+    finally:
+        net.close()
