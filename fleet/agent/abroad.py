@@ -23,6 +23,7 @@ from fleet.sensing import Target
 ALONE, LEADS, FOLLOWS = 0.0, 1.0, 2.0
 STANDING_MPS = 0.05  # a boat that keeps its station goes this fast, for the law
 ACTS_FOR_S = 30.0  # an alteration lasts longer than that as a rule; then the course goes back to the path
+BACK_M = 1.0  # so near to its path a boat is back on it
 DRIFTS_MPS = 0.05  # slower boats have no course
 
 
@@ -48,6 +49,7 @@ class Abroad(Struct, frozen=True, gc=False):
     fellows: tuple[Fellow, ...]  # of a leader
     heard: Order | None  # of a follower: the leader's decision
     edges: tuple[Edge, ...]  # of the fence
+    party: tuple[float, ...] = ()  # numbers of the other boats that sail the leader's decision
 
 
 class Watch(Struct, frozen=True, gc=False):
@@ -55,6 +57,7 @@ class Watch(Struct, frozen=True, gc=False):
 
     memory: Memory
     advice: Advice
+    returns: float = 0.0  # 1 back to the path with the party, until it is on it
 
 
 class Sea(Struct, frozen=True):
@@ -89,8 +92,34 @@ def watch(
         mates = _mates(peers, tuple(fellow.number for fellow in fellows))
         boats = (boat, *(_boat(fellow, boat.cruise, sea) for fellow in fellows))
         memory, advice = law.keep_clear(boats, targets, mates, edges, memory, params, now)
-    idle = not targets and memory.ordered.acting < 0.5 and memory.sailed.acting < 0.5
-    return None if idle else Watch(memory, advice)
+    returns = 1.0 if _returns(before, memory, abroad.part, boat) else 0.0
+    idle = not targets and memory.ordered.acting < 0.5 and memory.sailed.acting < 0.5 and returns < 0.5
+    return None if idle else Watch(memory, advice, returns)
+
+
+def _returns(before: Watch | None, memory: Memory, part: float, boat: Boat) -> bool:
+    """On its way back to the path after a decision that it sailed with others."""
+    if before is None or part == ALONE or memory.alone > 0.5 or memory.sailed.acting > 0.5:
+        return False
+    point = boat.path.at(boat.s)
+    aside = point.tx * (boat.y - point.y) - point.ty * (boat.x - point.x)
+    return (before.memory.sailed.acting > 0.5 or before.returns > 0.5) and abs(aside) > BACK_M
+
+
+def together(peers: Sequence[Peer[Any]], abroad: Abroad, watched: Watch | None) -> Sequence[Peer[Any]]:
+    """The peers, those marked that turn when the own boat does: one decision for all, or its end.
+
+    While it is sailed their plan is the own one, whatever they said last: all have the same order.
+    """
+    if watched is None or abroad.part == ALONE or watched.memory.alone > 0.5:
+        return peers
+    advice = watched.advice
+    if advice.acting < 0.5 and watched.returns < 0.5:
+        return peers
+    if advice.acting < 0.5 or advice.banked > 0.5:
+        return [structs.replace(p, together=1.0) if p.number in abroad.party else p for p in peers]
+    order = {"gx": advice.cx, "gy": advice.cy, "tx": advice.cx, "ty": advice.cy, "u_d": advice.u_d}
+    return [structs.replace(p, together=1.0, **order) if p.number in abroad.party else p for p in peers]
 
 
 def own_boat(

@@ -105,12 +105,14 @@ class Lookout:
             return None
         targets = self.traffic.targets(now_ns)
         fellows: tuple[Fellow, ...] = ()
+        party: tuple[float, ...] = ()
         self._part, heard = ALONE, None
         sailing = self._agent.orders.sailing
         if sailing is not None and goal == Goal.FOLLOW and self._agent.course.kind == "mission":
             there = dict(self._there(sailing))
             ranks = [(-sailing.shape.ahead(i), abs(sailing.shape.slots[i]), i) for i in (sailing.number, *there)]
             leader = min(ranks)[2]
+            party = tuple(float(number) for number, other in there.items() if not _decides_alone(other))
             if there and leader == sailing.number:
                 self._part, fellows = LEADS, tuple(self._fellows(sailing, there, now_ns))
             elif leader in there:
@@ -118,7 +120,7 @@ class Lookout:
                 self._told_ns = now_ns if heard is not None else self._told_ns or now_ns
                 self._part = FOLLOWS if (now_ns - self._told_ns) * 1e-9 < PATIENCE_S else ALONE
         now = (now_ns - self._base_ns) * 1e-9
-        return Abroad(now, targets, self._part, fellows, heard, self._edges)
+        return Abroad(now, targets, self._part, fellows, heard, self._edges, party)
 
     # -- the formation -----------------------------------------------------------------------------------------------
     def _there(self, sailing: Sailing) -> Iterator[tuple[int, Other]]:
@@ -141,8 +143,7 @@ class Lookout:
             track = other.track
             assert track is not None
             state = track.state
-            alone = state.foreign is not None and state.foreign.alone
-            if alone or abs(state.along_path_m) > IN_SLOT_M:
+            if _decides_alone(other) or abs(state.along_path_m) > IN_SLOT_M:
                 continue
             lane = sailing.plan.boats[number].lane(sailing.shape)
             stretch = lane.stretch(state.s_m) if isinstance(lane, Lane) else 1.0
@@ -233,3 +234,9 @@ class Lookout:
             yield "avoid", f"{sentence(advice, name)}: {action(sailed)}"
         else:
             yield "avoid", "past and clear of other vessels, back to the path"
+
+
+def _decides_alone(other: Other) -> bool:
+    """It says that it keeps clear of foreign vessels by itself."""
+    told = other.track.state.foreign if other.track is not None else None
+    return told is not None and told.alone

@@ -12,7 +12,7 @@ from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 from msgspec import Struct, structs
 
 from fleet import ops
-from fleet.agent.abroad import Abroad, Sea, Watch, acts, instead, own_boat, side_of, watch
+from fleet.agent.abroad import Abroad, Sea, Watch, acts, instead, own_boat, side_of, together, watch
 from fleet.agent.modes import Goal, Mode
 from fleet.avoidance import Method
 from fleet.avoidance.foreign.types import Boat
@@ -224,6 +224,7 @@ def step(
     if abroad is not None:
         boat = own_boat(own, U, nav.r, s, order.cruise, hold, path, limits)
         foreign, plan = _abroad(abroad, state.foreign, plan, boat, peers, e, fault, params)
+        peers = together(peers, abroad, foreign)
     keep, advice = method.keep_clear(plan.own, peers, state.keep, limits, plan.keep, dt)
 
     idle = ops.settled(fault | (order.goal == NEUTRAL) | (order.goal == STANDBY), expected=False)

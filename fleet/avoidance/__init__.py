@@ -15,7 +15,7 @@ from fleet.plugins import Kinds
 
 CLOSER = 3.5 / 6.0
 """Share of the safety radius that boats of the fleet keep from each other while a foreign vessel decides."""
-CLOSER_S = 12.0
+CLOSER_S = params.ScoringParams().together_s
 """And so far ahead: a formation that turns together is not on its way into itself for longer."""
 Side = Literal["closest", "starboard"]
 

@@ -60,7 +60,13 @@ def threat(own: Own[R], peer: Peer[R], seen: View[R], judged: Judged[R], params:
     """The peer as all candidates meet it.
 
     n_j = min(1, d / (max(u_d, 0.3) + u_j) / H_j)     the earliest possible meeting, as a share of the horizon
+
+    A boat that turns when we turn is met on its plan as we are on ours: that both still sail as before is no encounter.
     """
+    vx, vy = peer.vx, peer.vy
+    if ops.some(peer.together == 1.0):
+        one = peer.together == 1.0
+        vx, vy = ops.where(one, peer.u_d * peer.gx, vx), ops.where(one, peer.u_d * peer.gy, vy)
     cruise = ops.maximum(own.u_d, params.least_cruise_mps)
     n = ops.minimum(seen.d / (cruise + seen.speed) / judged.horizon, 1.0)
     radius_sq = judged.radius * judged.radius
@@ -68,8 +74,8 @@ def threat(own: Own[R], peer: Peer[R], seen: View[R], judged: Judged[R], params:
         peer.number,
         seen.dx,
         seen.dy,
-        peer.vx,
-        peer.vy,
+        vx,
+        vy,
         peer.present * judged.pair.side,
         judged.horizon,
         judged.radius,

@@ -146,6 +146,10 @@ def judge(
 
     radius = ops.where(stand_on == 1.0, params.stand_on_share * seen.wanted, seen.wanted)
     radius = ops.where(together, params.companion_m + seen.margin + peer.widen, radius)
+    if ops.some(peer.together == 1.0):
+        one = peer.together == 1.0
+        horizon = ops.where(one, params.together_s, horizon)
+        radius = ops.where(one, params.hard_m + seen.margin + peer.widen, radius)
     escort = _escort(own, cos_chi, sin_chi, w, seen, pair, params)
     too_long = ops.flag(escort > ops.where(together, params.escort_companion_s, params.escort_other_s), miss)
     if ops.some(too_long == 1.0):
@@ -165,6 +169,8 @@ def _companion(own: Own[R], peer: Peer[R], seen: View[R], pair: Pair[R], params:
 
     So are boats of one formation that are already ahead or astern of each other as their slots are: the formation's law
     keeps them apart, and that one closes up faster than the other sails is no encounter, until it is 30 s away.
+    And so are boats that turn together, for one decision about a foreign vessel: their velocities differ while they
+    turn, which says nothing of where they will be.
     """
     ex = own.u_d * own.tx - peer.u_d * peer.tx
     ey = own.u_d * own.ty - peer.u_d * peer.ty
@@ -173,7 +179,7 @@ def _companion(own: Own[R], peer: Peer[R], seen: View[R], pair: Pair[R], params:
     most = fastest * ops.where(was, params.companion_leave_share, params.companion_share)
     reach = ops.where(was, params.companion_leave_range_m, params.companion_range_m)
     alike = (ex * ex + ey * ey <= most * most) & (seen.d <= reach)
-    return ops.flag((peer.known == 1.0) & (alike | (peer.ordered == 1.0)), ex)
+    return ops.flag((peer.known == 1.0) & (alike | (peer.ordered == 1.0) | (peer.together == 1.0)), ex)
 
 
 def bound_alike(own: Own[R], peer: Peer[R], seen: View[R], params: ScoringParams) -> R:

@@ -49,6 +49,9 @@ class ScoringParams(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     companion_range_m: Positive = 30.0
     companion_leave_range_m: Positive = 39.0
 
+    # boats that sail one decision about a foreign vessel keep the hard radius, and look only so far ahead
+    together_s: Positive = 12.0
+
     # two boats that hold each other off their paths, side by side
     escort_speed_mps: Positive = 0.5  # relative speed below which they escort each other
     escort_ahead_rad: Positive = 0.35  # a peer nearer to the bow than this is no escort

@@ -47,6 +47,7 @@ class Peer(Struct, Generic[R], frozen=True, gc=False):
     widen: R  # metres added to every radius kept from it: silence, uncertain age
     ordered: R = 0.0  # type: ignore[assignment]  # 1 in our formation, on our path, ahead or astern as its slot is
     y_e: R = 0.0  # type: ignore[assignment]  # its cross-track error, + to starboard of its path [m]
+    together: R = 0.0  # type: ignore[assignment]  # 1 it turns when we turn: one decision about a foreign vessel for both
 
 
 class Advice(Struct, Generic[R], frozen=True, gc=False):

@@ -292,3 +292,24 @@ def test_the_memory_of_every_method_goes_through_msgpack(name: str) -> None:
     assert again == memory
     assert method.align(memory, [4.0], [4.0]) == memory
     assert isinstance(again, ScoringMemory) == (name == "scoring")
+
+
+def test_who_turns_back_together_with_the_boat_astern_is_not_on_its_way_into_it() -> None:
+    """10 m apart, both still sail north, both are told to turn round: the plan alone would meet the other at 2 m/s."""
+    back = own_at(gamma=math.pi, chi_p=math.pi)
+    mate = peer_at(2.0, -10.0, 0.0, 0.0, gamma=math.pi, chi_p=math.pi)
+    assert decide(back, mate)[1].avoiding == 1.0
+    assert decide(back, msgspec.structs.replace(mate, together=1.0))[1].avoiding == 0.0
+
+
+def test_boats_that_turn_together_are_companions_that_keep_the_hard_radius_for_12_seconds() -> None:
+    mate = peer_at(2.0, 0.0, 10.0, 1.0, chi_p=1.0, u_d=0.5, sigma=0.3)  # neither its course nor its speed is ours
+    assert judged(own_at(), mate).pair.companion == 0.0
+    found = judged(own_at(), msgspec.structs.replace(mate, together=1.0))
+    assert (found.pair.companion, found.horizon, found.radius) == (1.0, 12.0, pytest.approx(3.5 + 2.0 * 0.3))
+
+
+def test_boats_that_turn_together_still_keep_out_of_each_other() -> None:
+    """It comes back faster than we do, from 8 m abeam: 1 m/s across, so it would be here in 8 s."""
+    mate = peer_at(2.0, 0.0, -8.0, math.pi / 4, math.sqrt(2.0), gamma=math.pi / 4, chi_p=0.0, u_d=math.sqrt(2.0))
+    assert decide(own_at(), msgspec.structs.replace(mate, together=1.0))[1].avoiding == 1.0

@@ -126,7 +126,7 @@ def go_on(search: Search, params: ForeignParams) -> Search:
         found = _consequences(crew, scene, [search.trials[i] for _, i, _ in some], params)
         more = [(search.trials[i].price + extra, i, level + 1) for extra, (_, i, _) in zip(found, some, strict=True)]
         known = tuple(sorted([*(one for one in known if one not in some), *more]))
-        least = work if scene.edges else work // 2  # little work takes its time, too
+        least = work if scene.edges or len(crews) > 1 else work // 2  # little work takes its time, too
         left -= max(len(some) * len(crew) * guesses, least)
     return structs.replace(search, known=known)
 

@@ -40,6 +40,7 @@ class Domain(Struct, frozen=True, gc=False):
     most: float  # and by how much at most [m]
     hull: float  # radius about the half core within which hulls may touch [m]
     sigma_v: float  # [m/s]
+    sigma_p: float  # [m]
     T_gw: float  # time before entry at which a give-way boat acts [s]
     T_so: float  # time before entry at which a stand-on boat acts [s]
     H: float  # how far ahead it is looked at [s]
@@ -80,6 +81,7 @@ def domain(target: TargetLike, cruise: float, extent: float, params: ForeignPara
         most=0.5 * c - blur,
         hull=params.hull_m + params.beam_share * L + round_it,
         sigma_v=sigma_v,
+        sigma_p=sigma_p,
         T_gw=T_gw,
         T_so=params.stand_on_factor * T_need + params.stand_on_s,
         H=params.horizon_factor * T_gw,

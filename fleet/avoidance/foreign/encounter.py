@@ -14,6 +14,8 @@ from fleet.avoidance.foreign.types import NEVER_S, Boat, Encounter, Kind, Reason
 ABAFT = 0.3826834323650898  # sin 22.5 deg: two points abaft the beam
 AHEAD = 0.9238795325112867  # cos 22.5 deg
 OPPOSITE = 0.9659258262890683  # cos 15 deg
+OPPOSITE_RAD = 0.2617993877991494
+NEARLY_RAD = 0.7853981633974483  # 45 deg from opposite: it comes towards us
 CONFIRM_DOWN_S = 1.0  # a look that sees no need takes this from the count
 ALIKE_MPS = 1.0e-9
 
@@ -78,6 +80,26 @@ def classify(own: Bearing, d: Domain, params: ForeignParams) -> tuple[float, flo
     return float(Kind.CROSSING_STAND_ON), 0.0
 
 
+def believed(own: Bearing, d: Domain, params: ForeignParams) -> tuple[float, float]:
+    """(Kind, wanted side) of a vessel as it is known: one that may be head-on, or to starboard, is not stood on for.
+
+    Ahead, coming towards us, and within two standard deviations an opposite course or on the starboard bow: rule 14 c,
+    in any doubt it is head-on.
+    """
+    kind, side = classify(own, d, params)
+    if kind != Kind.CROSSING_STAND_ON:
+        return kind, side
+    g = d.guesses[0]
+    px, py = d.x - own.x, d.y - own.y
+    ahead, abeam = px * own.ex + py * own.ey, own.ex * py - own.ey * px
+    off = ops.PI - abs(ops.atan2(own.ex * g.ey - own.ey * g.ex, own.ex * g.ex + own.ey * g.ey))
+    opposite = off < OPPOSITE_RAD + min(2.0 * d.sigma_v / ops.maximum(d.U, ALIKE_MPS), params.doubt_rad)
+    nearly = off < NEARLY_RAD and abeam > -2.0 * d.sigma_p
+    if ahead > AHEAD * ops.hypot(px, py) and (opposite or nearly):
+        return float(Kind.HEAD_ON), 1.0
+    return kind, side
+
+
 def _crosses_from_starboard(fo: float, ft: float, ee: float, own: Bearing, d: Domain, px: float, py: float) -> bool:
     """Head-on or from starboard, by a course that may be wrong: a slow vessel is passed on the side that fits both."""
     astern = (ft < -ABAFT and own.cruise > d.U * max(ee, 0.0)) or (fo < -ABAFT and own.cruise < d.U)
@@ -96,11 +118,11 @@ def look(before: Encounter | None, own: Bearing, d: Domain, entry: float, params
     if before is None:
         if not risk:
             return None
-        kind, side = classify(own, d, params)
+        kind, side = believed(own, d, params)
         g = d.guesses[0]
         before = Encounter(d.number, kind, side, g.ex, g.ey, 0.0, 0.0, 0.0, 0.0, entry)
-    elif _turned(before, d, params):
-        kind, side = classify(own, d, params)
+    elif _turned(before, d, params) or _provisional(before, d, params):
+        kind, side = believed(own, d, params)
         g = d.guesses[0]
         before = structs.replace(before, kind=kind, side=0.0 if before.acting > 0.5 else side, ex=g.ex, ey=g.ey)
     dt, g = params.period_s, d.guesses[0]
@@ -127,6 +149,11 @@ def _turned(before: Encounter, d: Domain, params: ForeignParams) -> bool:
     g = d.guesses[0]
     off = abs(ops.atan2(before.ex * g.ey - before.ey * g.ex, before.ex * g.ex + before.ey * g.ey))
     return off > params.turned_rad + 2.0 * d.sigma_v / d.U
+
+
+def _provisional(before: Encounter, d: Domain, params: ForeignParams) -> bool:
+    """Its course is not known well enough for the class to be the last word, and nothing has been done yet."""
+    return before.acting < 0.5 and d.slow < 0.5 and d.sigma_v > params.unsure_rad * d.U
 
 
 def due(encounter: Encounter, params: ForeignParams) -> bool:

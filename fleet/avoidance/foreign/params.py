@@ -50,6 +50,8 @@ class ForeignParams(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     back_s: Positive = 120.0  # at most so much is added to the horizon for the way back to the path
     calm_s: Positive = 10.0  # no risk at all: past and clear where nothing was done
     turned_rad: Positive = 0.4363323129985824  # 25 deg: it has turned, classify again
+    doubt_rad: NotNegative = 0.2617993877991494  # 15 deg: a course is so far wrong at most, for rule 14 c
+    unsure_rad: Positive = 0.1  # one standard deviation of a course, above which a class is made anew at every look
     overtaking_miss_m: NotNegative = 4.0
     held_factor: Positive = 0.85
     held_bad_s: Positive = 1.0

@@ -13,7 +13,7 @@ from fleet import ops
 from fleet.avoidance.foreign.banks import within
 from fleet.avoidance.foreign.decision import speed
 from fleet.avoidance.foreign.domain import Domain, domain
-from fleet.avoidance.foreign.encounter import BY_STARBOARD, Bearing, bearing, classify, look
+from fleet.avoidance.foreign.encounter import BY_STARBOARD, Bearing, bearing, believed, look
 from fleet.avoidance.foreign.memory import Glance, Memory, Sighted
 from fleet.avoidance.foreign.params import ForeignParams
 from fleet.avoidance.foreign.rollout import (
@@ -193,7 +193,7 @@ def foreseen(boat: Boat, picture: Picture, params: ForeignParams) -> tuple[tuple
     horizon = max(d.H for d in picture.domains) + time_back(boat, params)
     way, found = following(boat, horizon, params), []
     for d in later:
-        kind, side = classify(picture.own, d, params)
+        kind, side = believed(picture.own, d, params)
         if kind in BY_STARBOARD and entry(way, d, horizon, params.acting_factor, 1.0, 0.0) < NEVER_S:
             found.append((d.number, side))
     return tuple(found)

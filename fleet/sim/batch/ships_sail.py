@@ -147,7 +147,8 @@ class _Boat:
                 order = present[leader].order
                 self.told_s = now if order is not None else self.told_s
                 self.part = FOLLOWS if now - self.told_s < PATIENCE_S else ALONE
-        return Abroad(now, tuple(targets), self.part, fellows, order, self.case.edges)
+        party = tuple(float(w.boat) for w in present.values() if not w.alone) if self.led else ()
+        return Abroad(now, tuple(targets), self.part, fellows, order, self.case.edges, party)
 
     def _fellows(self, present: dict[int, Words], aged: dict[int, Believed[float]]) -> list[Fellow]:
         """The boats that this one decides for."""

@@ -9,7 +9,7 @@ from msgspec import structs
 
 from fleet.avoidance.foreign import NEVER_S, Boat, Encounter, Kind, Role
 from fleet.avoidance.foreign.domain import domain
-from fleet.avoidance.foreign.encounter import bearing, classify, due, look, role
+from fleet.avoidance.foreign.encounter import bearing, believed, classify, due, look, role
 from fleet.sensing import Target
 
 from .scenes import P, boat, target
@@ -139,3 +139,38 @@ def test_a_slow_vessel_that_seems_to_come_from_starboard_is_left_to_port(speed: 
     unsure = structs.replace(target(100.0, 20.0, -120.0, speed), P22=0.09)
     found = classify(OWN, domain(unsure, 1.0, 0.0, P), P)
     assert found == (Kind.STATIC, side)
+
+
+@pytest.mark.parametrize(
+    ("t", "kind"),
+    [
+        (target(200.0, -30.0, 160.0, 3.0), Kind.CROSSING_STAND_ON),  # 20 deg off the opposite course, and known to be
+        (target(200.0, -30.0, 160.0, 3.0, P22=0.04), Kind.HEAD_ON),  # 20 deg, give or take 4
+        (target(200.0, -30.0, 145.0, 0.6, P22=0.04), Kind.CROSSING_STAND_ON),  # 35 deg: a doubt ends at 15 + 15
+        (target(200.0, -2.0, 155.0, 3.0), Kind.CROSSING_STAND_ON),
+        (target(200.0, -2.0, 155.0, 3.0, P11=4.0), Kind.HEAD_ON),  # it may as well be on the starboard bow
+        (target(200.0, -5.0, 155.0, 3.0, P11=4.0), Kind.CROSSING_STAND_ON),
+        (target(200.0, -2.0, 120.0, 3.0, P11=4.0), Kind.CROSSING_STAND_ON),  # it crosses, at 60 deg
+        (target(100.0, -80.0, 160.0, 3.0, P22=0.04), Kind.CROSSING_STAND_ON),  # not ahead
+    ],
+)
+def test_in_doubt_a_vessel_from_port_is_head_on(t: Target, kind: Kind) -> None:
+    """Rule 14 c."""
+    found = believed(OWN, domain(t, 1.0, 0.0, P), P)
+    assert found == (kind, 1.0 if kind == Kind.HEAD_ON else 0.0)
+
+
+def test_a_class_made_on_an_uncertain_course_holds_until_it_is_known_or_acted_for() -> None:
+    """1 m/s: a fifth of that is 11 deg, two tenths of it 2 deg."""
+    (before,) = looks(target(200.0, -60.0, 130.0, 1.0, P22=0.04), [50.0])
+    assert before is not None
+    assert before.kind == Kind.CROSSING_STAND_ON
+    sure, unsure = target(200.0, -20.0, 160.0, 1.0, P22=0.0016), target(200.0, -20.0, 160.0, 1.0, P22=0.04)
+    for t, acting, kind in (
+        (unsure, 0.0, Kind.HEAD_ON),
+        (unsure, 1.0, Kind.CROSSING_STAND_ON),
+        (structs.replace(sure, vx=-0.8, vy=0.6), 0.0, Kind.CROSSING_STAND_ON),
+    ):
+        (after,) = looks(t, [49.0], structs.replace(before, acting=acting))
+        assert after is not None
+        assert after.kind == kind

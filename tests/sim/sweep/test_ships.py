@@ -8,12 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec import structs
 from typer.testing import CliRunner
 
 from fleet.cli.main import app
 from fleet.sim.batch.ships import ShipCase, ship_track
 from fleet.sim.batch.ships_cases import IMAZU, c0
 from fleet.sim.batch.ships_judge import judge
+from fleet.sim.batch.ships_sail import sail as sailed
 from fleet.sim.sweep.checks import CHECKS
 from fleet.sim.sweep.family import load, loads, ready
 from fleet.sim.sweep.parts import Part, joined, pack, parts_of, sail, unpack
@@ -169,6 +171,20 @@ def test_a_case_that_began_inside_is_not_asked_for_the_domain() -> None:
 def test_two_boats_that_touch_are_a_collision_and_no_contact() -> None:
     found = figures([of_cases(least_m=[2.0, 8.0])])
     assert (found["contacts"], found["collisions"], found["inside_radius"]) == (0, 1, 1)
+
+
+@pytest.mark.parametrize(
+    ("seed", "case", "seconds"),
+    [(4002, 0, 30.0), (2029, 34, 150.0)],
+    ids=["a column turns back at once", "boats abreast come back to their paths"],
+)
+def test_a_formation_that_turns_together_keeps_its_spacing(seed: int, case: int, seconds: float) -> None:
+    """10 m; each turns where the next one is just now, a few tenths of a second apart: 7.9 and 7.0 m were left once, and less later."""
+    (five,) = load("ship", ["boats=5", "layout.abreast={ one_of = [0, 1] }"]).ships(seed, 0, [case])
+    five = structs.replace(five, limit_s=seconds)
+    voyage = sailed(five)
+    assert len({d.boat for d in voyage.decisions}) == 5
+    assert judge(five, voyage).closest_m > 9.0
 
 
 def test_with_and_without_foreign_vessels_is_no_grid() -> None:
