@@ -179,7 +179,7 @@ def test_two_boats_that_touch_are_a_collision_and_no_contact() -> None:
     ids=["a column turns back at once", "boats abreast come back to their paths"],
 )
 def test_a_formation_that_turns_together_keeps_its_spacing(seed: int, case: int, seconds: float) -> None:
-    """10 m; each turns where the next one is just now, a few tenths of a second apart: 7.9 and 7.0 m were left once, and less later."""
+    """10 m; each turns where the next one is just now, some tenths of a second apart: it was 7.9 and 7.0 m once."""
     (five,) = load("ship", ["boats=5", "layout.abreast={ one_of = [0, 1] }"]).ships(seed, 0, [case])
     five = structs.replace(five, limit_s=seconds)
     voyage = sailed(five)
