@@ -11,7 +11,7 @@ from fleet.gcs import display, tuning
 from fleet.gcs import numbers as n
 from fleet.gcs.chart import Pose, straight_to
 from fleet.gcs.items import place_of
-from fleet.gcs.modes import Answer, accept, hold, refuse, set_mode, state_of, tears
+from fleet.gcs.modes import Answer, accept, hold, refuse, set_mode, state_of, tears, wish
 from fleet.gcs.seat import Station
 from fleet.gcs.telemetry import MAKERS
 from fleet.gcs.wishes import Done
@@ -104,14 +104,10 @@ def arm(v: Vehicle, station: Station, m: Any, answer: Answer) -> None:
         refuse(v, station, answer, f"arming refused: {why}")
         return
 
-    def then(done: Done) -> None:
-        if not done.ok:
-            refuse(v, station, answer, f"arming refused: {done.text}", n.FAILED if done.silent else n.DENIED)
-            return
+    def ready(_: object) -> None:
         v.ready = True
-        accept(v, -1, answer)
 
-    v.ask("ready", tuple(state.stops), then)
+    wish(v, station, "arming", "ready", answer, value=tuple(state.stops), did=ready)
 
 
 def _disarm(v: Vehicle, station: Station, answer: Answer) -> None:
@@ -178,12 +174,8 @@ def go_to(v: Vehicle, station: Station, x: int, y: int, frame: int, speed_mps: f
         refuse(v, station, answer, f"go-to refused: {error}")
         return
 
-    def then(done: Done) -> None:
-        if not done.ok:
-            refuse(v, station, answer, f"go-to refused: {done.text}", n.FAILED if done.silent else n.DENIED)
-            return
-        v.going = done.value or "?"
+    def sails(mission_id: str | None) -> None:
+        v.going = mission_id or "?"
         v.shared.learn(v.going, mission)
-        accept(v, GUIDED, answer)
 
-    v.ask("start", mission, then)
+    wish(v, station, "go-to", "start", answer, asked=GUIDED, value=mission, did=sails)

@@ -37,19 +37,31 @@ def state_of(v: Vehicle, station: Station, what: str, answer: Answer) -> BoatSta
 
 
 def wish(
-    v: Vehicle, station: Station, what: str, kind: Kind, answer: Answer, *, asked: int = -1, value: Any = None
+    v: Vehicle,
+    station: Station,
+    what: str,
+    kind: Kind,
+    answer: Answer,
+    *,
+    asked: int = -1,
+    value: Any = None,
+    did: Callable[[Any], None] = lambda value: None,
 ) -> None:
-    """Ask the fleet; acknowledge when it has answered."""
+    """Ask the fleet; acknowledge when it has answered.
 
-    def then(done: Done) -> None:
+    Args: asked: mode to be shown then, -1 none; did: takes what came of it, once the boats have agreed.
+    """
+
+    def acknowledge(done: Done) -> None:
         if not done.ok:
             refuse(v, station, answer, f"{what} refused: {done.text}", n.FAILED if done.silent else n.DENIED)
             return
+        did(done.value)
         if done.text:
-            v.tell(n.NOTICE, f"{what}: {done.text}")
+            v.tell(n.WARNING, f"{what}: {done.text}")
         accept(v, asked, answer)
 
-    v.ask(kind, value, then)
+    v.ask(kind, value, acknowledge)
 
 
 def accept(v: Vehicle, asked: int, answer: Answer) -> None:
@@ -138,17 +150,11 @@ def start(v: Vehicle, station: Station, answer: Answer) -> None:
         refuse(v, station, answer, f"AUTO refused: what was uploaded is for {', '.join(roster)}")
         return
 
-    def then(done: Done) -> None:
-        if not done.ok:
-            refuse(v, station, answer, f"AUTO refused: {done.text}", n.FAILED if done.silent else n.DENIED)
-            return
-        charted.mission_id = done.value or "?"
+    def sails(mission_id: str | None) -> None:
+        charted.mission_id = mission_id or "?"
         v.shared.learn(charted.mission_id, mission)
-        if done.text:
-            v.tell(n.WARNING, f"AUTO: {done.text}")
-        accept(v, AUTO, answer)
 
-    v.ask("start", mission, then)
+    wish(v, station, "AUTO", "start", answer, asked=AUTO, value=mission, did=sails)
 
 
 def tears(v: Vehicle, what: str) -> str:

@@ -29,15 +29,8 @@ WATCHED_S = 1.0  # between two looks whether a parameter has changed
 MISSION_MESSAGES = frozenset(
     f"MISSION_{word}"
     for word in (
-        "COUNT",
-        "ITEM",
-        "ITEM_INT",
-        "REQUEST",
-        "REQUEST_INT",
-        "REQUEST_LIST",
-        "CLEAR_ALL",
-        "WRITE_PARTIAL_LIST",
-        "REQUEST_PARTIAL_LIST",
+        *("COUNT", "ITEM", "ITEM_INT", "CLEAR_ALL", "WRITE_PARTIAL_LIST"),
+        *("REQUEST", "REQUEST_INT", "REQUEST_LIST", "REQUEST_PARTIAL_LIST"),
     )
 )
 GUIDED_ITEM = 2  # `current` of an item that is a place to go to at once
