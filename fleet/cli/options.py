@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import re
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
@@ -95,6 +97,31 @@ class Link(NamedTuple):
             if words:
                 say.note(words)
         return fleet
+
+
+def linked(command: Callable[..., None]) -> Callable[..., None]:
+    """A command whose first parameter is a `Link`, as one that has the options of a link in its place."""
+
+    def link(
+        fleet: FleetName = "demo",
+        connect: Connect = None,
+        operator: Operator = "",
+        timeout: Timeout = 3.0,
+        credentials: Credentials = None,
+        insecure: Insecure = False,
+    ) -> Link:
+        return Link(fleet, connect, operator, timeout, credentials, insecure)
+
+    def call(**given: Any) -> None:
+        command(link(**{name: given.pop(name) for name in Link._fields}), **given)
+
+    _, *own = inspect.signature(command, eval_str=True).parameters.values()
+    shared = inspect.signature(link, eval_str=True).parameters.values()
+    parameters = [one.replace(kind=inspect.Parameter.KEYWORD_ONLY) for one in (*own, *shared)]
+    call.__doc__, call.__name__ = command.__doc__, command.__name__
+    call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    call.__annotations__ = {one.name: one.annotation for one in parameters}
+    return call
 
 
 def endpoints(texts: list[str] | None, option: str) -> tuple[str, ...]:

@@ -7,19 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fleet.cli import say
-from fleet.cli.options import (
-    Connect,
-    Credentials,
-    FleetName,
-    Insecure,
-    Json,
-    Link,
-    Operator,
-    Set,
-    Timeout,
-    Yes,
-    seconds,
-)
+from fleet.cli.options import Json, Link, Set, Yes, linked, seconds
 from fleet.cli.outcome import finish, target, with_old
 from fleet.errors import FleetError, NobodyReachable, RefusedBySafetyCheck, UsageError
 
@@ -31,18 +19,14 @@ if TYPE_CHECKING:
 NONE = "none"
 
 
+@linked
 def launch(
+    reach: Link,
     mission: Annotated[str, typer.Argument(metavar="MISSION", help="A file, or a ready mission: fleet mission list")],
     set_: Set = None,
     in_: Annotated[float, typer.Option("--in", metavar="SECONDS", help="Boats begin together so long after.")] = 2.0,
     yes: Yes = False,
     json: Json = False,
-    fleet: FleetName = "demo",
-    connect: Connect = None,
-    operator: Operator = "",
-    timeout: Timeout = 3.0,
-    credentials: Credentials = None,
-    insecure: Insecure = False,
 ) -> None:
     """Give the boats a mission and begin it; asks first."""
     apply_in_s = seconds(in_, "--in", least=-1e-9)
@@ -51,10 +35,9 @@ def launch(
 
     plan = read_mission(mission, list(set_ or []))
     roster = [boat.name for boat in plan.boats]
-    reach = Link(fleet, connect, operator, timeout, credentials, insecure)
     with reach.open() as link:
         if len(link.wait_for(roster)) == len(roster):
-            raise NobodyReachable(f"launch: none of {', '.join(roster)} is in reach in fleet {fleet!r}")
+            raise NobodyReachable(f"launch: none of {', '.join(roster)} is in reach in fleet {reach.fleet!r}")
         old = _held_title(link)
         say.confirm(f"launch: {target(link, reach, [], tuple(roster))}: {old} -> {plan.title}", yes)
         finish(with_old(link.launch(plan, apply_in_s=apply_in_s), old), json)
@@ -67,19 +50,15 @@ def _held_title(fleet: Fleet) -> str:
         return NONE
 
 
+@linked
 def set_(
+    reach: Link,
     what: Annotated[str, typer.Argument(metavar="spacing|lateral|speed|pattern|leader|slots", help="What to change.")],
     value: Annotated[
         str, typer.Argument(metavar="VALUE", help="Metres, m/s, a pattern, a boat, or slots: b1=0,b2=-1.")
     ],
     yes: Yes = False,
     json: Json = False,
-    fleet: FleetName = "demo",
-    connect: Connect = None,
-    operator: Operator = "",
-    timeout: Timeout = 3.0,
-    credentials: Credentials = None,
-    insecure: Insecure = False,
 ) -> None:
     """Change the formation under way; asks first.
 
@@ -93,7 +72,6 @@ def set_(
     unit = CHANGES[what].unit
     wanted = say.number(value, what, unit) if unit else value
     say.must_be_able_to_ask(f"set {what}", yes)
-    reach = Link(fleet, connect, operator, timeout, credentials, insecure)
     with reach.open() as link:
         held = link.formation()
         shape = changed(held.roster, held.shape, what, wanted)

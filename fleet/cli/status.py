@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fleet.cli import boats, say
-from fleet.cli.options import Connect, Credentials, FleetName, Insecure, Json, Link, Operator, Timeout
+from fleet.cli.options import Json, Link, linked
 from fleet.errors import FleetError, NobodyReachable
 
 if TYPE_CHECKING:
@@ -26,21 +26,17 @@ def add_to(app: typer.Typer) -> None:
     app.command("status")(status)
 
 
+@linked
 def status(
+    reach: Link,
     watch: Annotated[bool, typer.Option("--watch", "-w", help="Go on until Ctrl-C; with --json, a line each.")] = False,
     json: Json = False,
-    fleet: FleetName = "demo",
-    connect: Connect = None,
-    operator: Operator = "",
-    timeout: Timeout = 3.0,
-    credentials: Credentials = None,
-    insecure: Insecure = False,
 ) -> None:
     """Show where the boats are and what they do.
 
     Mode, abscissa, speed, errors, nearest boat, age, and why a boat is not simply following.
     """
-    with Link(fleet, connect, operator, timeout, credentials, insecure).open(present=watch) as link:
+    with reach.open(present=watch) as link:
         picture = _first(link)
         if not watch:
             _print(picture, json)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from fleet.cli import say
-from fleet.cli.options import Boats, Connect, Credentials, FleetName, Insecure, Json, Link, Operator, Timeout, Yes
+from fleet.cli.options import Boats, Json, Link, Yes, linked
 from fleet.cli.outcome import everybody, finish, target, with_old
 from fleet.errors import UsageError
 
@@ -40,24 +40,19 @@ def modes_now(fleet: Fleet, boats: list[str]) -> str:
     return in_words(fleet, boats, lambda state: mode_word(state.mode))
 
 
+@linked
 def resume(
+    reach: Link,
     boats: Boats = None,
     at: Annotated[str, typer.Option(metavar="nearest|S", help="Where on the path, after a restart: metres.")] = "",
     yes: Yes = False,
     json: Json = False,
-    fleet: FleetName = "demo",
-    connect: Connect = None,
-    operator: Operator = "",
-    timeout: Timeout = 3.0,
-    credentials: Credentials = None,
-    insecure: Insecure = False,
 ) -> None:
     """Go on with the mission; asks first."""
     if at not in ("", "nearest"):
         say.number(at, "--at", "m", "nearest, or an abscissa")
     names = named(boats)
     say.must_be_able_to_ask("resume", yes)
-    reach = Link(fleet, connect, operator, timeout, credentials, insecure)
     with reach.open() as link:
         where = f" at {at}{'' if at == 'nearest' else ' m'}" if at else ""
         whom = target(link, reach, names, everybody(link))
@@ -119,21 +114,12 @@ WORDS = (
 
 
 def _add_word(app: typer.Typer, word: Word) -> None:
-    def command(
-        boats: Boats = None,
-        json: Json = False,
-        fleet: FleetName = "demo",
-        connect: Connect = None,
-        operator: Operator = "",
-        timeout: Timeout = 3.0,
-        credentials: Credentials = None,
-        insecure: Insecure = False,
-        yes: Yes = False,
-    ) -> None:
+    @linked
+    def command(reach: Link, boats: Boats = None, json: Json = False, yes: Yes = False) -> None:
+        """Ask where that is wanted, say it, print the answers."""
         names = named(boats)
         if word.asks:
             say.must_be_able_to_ask(word.name, yes)
-        reach = Link(fleet, connect, operator, timeout, credentials, insecure)
         with reach.open() as link:
             if word.asks and not yes:
                 question = (
@@ -145,47 +131,39 @@ def _add_word(app: typer.Typer, word: Word) -> None:
     app.command(word.name, help=word.help)(command)
 
 
+@linked
 def take(
+    reach: Link,
     json: Json = False,
-    fleet: FleetName = "demo",
-    connect: Connect = None,
-    operator: Operator = "",
-    timeout: Timeout = 3.0,
-    credentials: Credentials = None,
-    insecure: Insecure = False,
 ) -> None:
     """Take control of the fleet from whoever holds it.
 
     One operator holds control; others may watch, hold, abort and stop.
     """
-    reach = Link(fleet, connect, operator, timeout, credentials, insecure)
     with reach.open() as link:
         outcome = link.take()
         before = [name for name in outcome.old.split(" | ") if name != outcome.new]  # a neighbour's word may come first
         finish(with_old(outcome, " | ".join(before) or outcome.old), json)
 
 
+@linked
 def forget(
+    reach: Link,
     boats: Annotated[list[str], typer.Argument(metavar="BOAT...", help="Boats that are gone from the water.")],
     yes: Yes = False,
     json: Json = False,
-    fleet: FleetName = "demo",
-    connect: Connect = None,
-    operator: Operator = "",
-    timeout: Timeout = 3.0,
-    credentials: Credentials = None,
-    insecure: Insecure = False,
 ) -> None:
     """Stop keeping clear of boats that are gone; asks first."""
     names = named(boats)
     say.must_be_able_to_ask("forget", yes)
-    reach = Link(fleet, connect, operator, timeout, credentials, insecure)
     with reach.open() as link:
         alive = [name for name in names if name in link.reachable()]
         if alive:
             raise UsageError(f"forget {', '.join(alive)}: still alive; expected boats that fell silent")
         gone = ", ".join(names)
-        say.confirm(f"forget: the boats of fleet {fleet} no longer keep clear of {gone}: is it out of the water?", yes)
+        say.confirm(
+            f"forget: the boats of fleet {reach.fleet} no longer keep clear of {gone}: is it out of the water?", yes
+        )
         finish(link.forget(names), json)
 
 
