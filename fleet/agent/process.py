@@ -172,6 +172,7 @@ def run_agent(config: AgentConfig, stop: threading.Event, ready: Callable[[Agent
     announcer.start()
 
     def after_tick(now_ns: int) -> None:
+        """What is done between two ticks, once this one's command is out."""
         if manager.listens:
             manager.whole_tick(agent.may_speak and agent.reading.stamp_ns > 0, in_a_line(agent))
         listen()

@@ -53,6 +53,7 @@ def wish(
     """
 
     def acknowledge(done: Done) -> None:
+        """The boats have answered, or not in time."""
         if not done.ok:
             refuse(v, station, answer, f"{what} refused: {done.text}", n.FAILED if done.silent else n.DENIED)
             return

@@ -99,6 +99,7 @@ def _roster_desk(session: zenoh.Session, trust: Trust) -> zenoh.Queryable[None]:
     mine = keys.key(trust.roster.fleet, trust.name, keys.ROSTER)
 
     def take(query: zenoh.Query) -> None:
+        """A roster that somebody brings: taken where it is newer; the answer says what was and what is in force."""
         payload, old = query.payload, trust.roster.number
         try:
             newer = trust.told(b"" if payload is None else payload.to_bytes(), "the wire")

@@ -18,6 +18,7 @@ from fleet.sim.batch.ships_measures import (
     deviation,
     domain_share,
     hull_distance,
+    miss,
     nominal,
     to_edge,
     velocity,
@@ -42,7 +43,7 @@ def judge(case: ShipCase, voyage: Voyage) -> Outcome:
         dom, inside = min(dom, float(shares.min())), inside or bool(shares[0].min() < BEGAN_INSIDE)
     met = {(party[0], k): nominal(case, k, party) for party in case.parties for k in range(len(case.ships))}
     sides = [
-        _miss(case, voyage, k, *_nearest(case, voyage, k, party)) > 0.0
+        miss(case, voyage, k, *_nearest(case, voyage, k, party)) > 0.0
         for party in case.parties
         for k in range(len(case.ships))
         for kind, entry in (met[party[0], k],)
@@ -99,17 +100,6 @@ def _nearest(case: ShipCase, voyage: Voyage, k: int, party: Sequence[int]) -> tu
     distances = hull_distance(case, voyage, k)[:, list(party)]
     row, column = np.unravel_index(int(distances.argmin()), distances.shape)
     return int(row), party[int(column)]
-
-
-def _miss(case: ShipCase, voyage: Voyage, k: int, row: int, boat: int) -> float:
-    """m = cross(p, w) at that tick: > 0 the vessel is left to port."""
-    chi, U = voyage.ship_chi[row, k], case.ships[k].U
-    px, py = voyage.ship_x[row, k] - voyage.x[row, boat], voyage.ship_y[row, k] - voyage.y[row, boat]
-    before = max(min(row, len(voyage.t) - 2), 0)
-    rows = slice(before, before + 2)
-    vx, vy = velocity(voyage.x[rows, boat])[0], velocity(voyage.y[rows, boat])[0]
-    wx, wy = vx - U * math.cos(chi), vy - U * math.sin(chi)
-    return float(px * wy - py * wx)
 
 
 def _lead(case: ShipCase, met: dict[tuple[int, int], tuple[float, float]], first: Decided) -> float:

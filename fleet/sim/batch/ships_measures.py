@@ -103,7 +103,7 @@ def undisturbed(case: ShipCase, boat: int, t: FloatArray) -> tuple[FloatArray, F
     )
 
 
-def _miss(case: ShipCase, voyage: Voyage, k: int, row: int, boat: int) -> float:
+def miss(case: ShipCase, voyage: Voyage, k: int, row: int, boat: int) -> float:
     """m = cross(p, w) at that tick: > 0 the vessel is left to port."""
     chi, U = voyage.ship_chi[row, k], case.ships[k].U
     px, py = voyage.ship_x[row, k] - voyage.x[row, boat], voyage.ship_y[row, k] - voyage.y[row, boat]
