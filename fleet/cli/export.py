@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import ipaddress
-import signal
 import socket
-import threading
 import time
 from typing import Annotated
 
 import typer
 
 from fleet.cli import say
+from fleet.cli.ending import Ending
 from fleet.cli.options import Connect, Credentials, FleetName, Insecure, Link, Operator, seconds
 from fleet.errors import UsageError
 
@@ -57,7 +56,7 @@ def ais(
     from fleet.operator.targets import Targets
 
     must_have_pyais("fleet export ais")
-    stop, ended_by = _ends()
+    ending = Ending()
     targets, sent = Targets(interval_s, given), 0
     with (
         Link(fleet, connect, operator, 3.0, credentials, insecure).open(present=False) as link,
@@ -70,7 +69,7 @@ def ais(
         )
         known: set[str] = set()
         trouble = ""
-        while not stop.is_set():
+        while not ending.told.is_set():
             for line in targets.due(link.look(), time.monotonic()):
                 now = _send(out, line, where)
                 sent += not now
@@ -80,26 +79,13 @@ def ais(
             for boat in sorted(targets.mmsis.keys() - known):
                 say.note(f"  {boat}  MMSI {targets.mmsis[boat]}")
             known |= targets.mmsis.keys()
-            stop.wait(LOOK_S)
+            ending.told.wait(LOOK_S)
     say.note(f"{sent} sentences sent")
-    raise typer.Exit(130 if ended_by and ended_by[0] == signal.SIGINT else 0)
+    raise typer.Exit(ending.exit_code)
 
 
 def _parts(texts: list[str] | None) -> list[str]:
     return [part.strip() for text in texts or [] for part in text.split(",") if part.strip()]
-
-
-def _ends() -> tuple[threading.Event, list[int]]:
-    """Set by SIGTERM and SIGINT, which are kept in the list."""
-    stop, by = threading.Event(), list[int]()
-
-    def end(number: int, _: object) -> None:
-        by.append(number)
-        stop.set()
-
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, end)
-    return stop, by
 
 
 def _target(text: str, *, lan: bool) -> tuple[str, int]:

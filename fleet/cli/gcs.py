@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import signal
-import threading
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from fleet.cli import say
+from fleet.cli.ending import Ending
 from fleet.cli.options import Connect, Credentials, FleetName, Insecure, Link
 
 DEFAULT = "udp:127.0.0.1:14550"
@@ -75,19 +74,11 @@ def gcs(
     )
     for warning in config.check():
         say.error(warning)
-    stop = threading.Event()
-    ended_by: list[int] = []
-
-    def end(number: int, _: object) -> None:
-        ended_by.append(number)
-        stop.set()
-
     reach = Link(fleet, connect, operator, ANSWER_S, credentials, insecure)
     who = operator or ("" if reach.folder else "gcs")
     with reach._replace(operator=who).open() as link:
         process = Process(config, link, say.out)
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, end)
+        ending = Ending()
         say.out(f"fleet {fleet} at {', '.join(config.endpoints)} as operator {link.operator}; Ctrl-C ends it")
-        process.run(stop)
-    raise typer.Exit(130 if ended_by and ended_by[0] == signal.SIGINT else 0)
+        process.run(ending.told)
+    raise typer.Exit(ending.exit_code)

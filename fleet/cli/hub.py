@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import signal
-import threading
 from typing import Annotated
 
 import typer
 
 from fleet.cli import say
+from fleet.cli.ending import Ending
 from fleet.cli.options import DEFAULT_ENDPOINT, DEFAULT_SECURE, Credentials, Insecure, Json, endpoints
 from fleet.errors import FleetError, UsageError
 
@@ -56,15 +55,7 @@ def hub(
 
     if trust is not None:
         capture()
-    stop = threading.Event()
-    ended_by: list[int] = []
-
-    def end(number: int, _: object) -> None:
-        ended_by.append(number)
-        stop.set()
-
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, end)
+    ending = Ending()
     manager = Notifier()
 
     def ready() -> None:
@@ -73,9 +64,9 @@ def hub(
         else:
             say.out(f"hub listens at {', '.join(where)}; Ctrl-C ends it")
 
-    run_hub(link, stop, ready, trust, lambda: manager.whole_tick(True, warning(link) or "listens"))
+    run_hub(link, ending.told, ready, trust, lambda: manager.whole_tick(True, warning(link) or "listens"))
     manager.ends()
-    raise typer.Exit(130 if ended_by and ended_by[0] == signal.SIGINT else 0)
+    raise typer.Exit(ending.exit_code)
 
 
 def _probe(endpoint: str) -> None:
