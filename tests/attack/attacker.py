@@ -25,8 +25,10 @@ from fleet.wire.codec import Refused, decode, encode
 from fleet.wire.link import LinkConfig
 from fleet.wire.messages import MAJOR, Ack, BoatState, Command, FormationOrder, MissionOrder, Revision, Signed
 from fleet.wire.zenoh_link import session_config
+from tests.attack.imposters import until
 
 BATCH_S = 0.01
+ANSWER_S = 5.0
 FLOATS = [field.name for field in structs.fields(BoatState) if field.type is float or field.type == "float"]
 pack = msgspec.msgpack.encode
 
@@ -72,6 +74,8 @@ class Attacker:
         self.answered: Counter[str] = Counter()
         self.obeyed: Counter[str] = Counter()
         self.kept: list[Any] = []
+        self.questions = 0
+        self.open: set[int] = set()  # questions that may still be answered
         for boat in plan.boats:
             self.kept.append(self.session.declare_subscriber(self._key(boat), self._listen(boat)))
         self.attacking = False
@@ -252,7 +256,11 @@ class Attacker:
                 with contextlib.suppress(Refused):
                     self.obeyed[kind] += decode(reply.ok.payload.to_bytes(), Ack).ok
 
-        self.session.get(self._key(self.plan.victim, what), take, payload=payload, timeout=5.0)
+        self.questions += 1
+        number = self.questions
+        self.open.add(number)
+        until_over = zenoh.handlers.Callback(take, lambda: self.open.discard(number))
+        self.session.get(self._key(self.plan.victim, what), until_over, payload=payload, timeout=ANSWER_S)
 
     def one(self) -> None:
         """One message, of any kind."""
@@ -302,7 +310,7 @@ class Attacker:
                 done += 1
             time.sleep(BATCH_S)
         took_s = time.monotonic() - began
-        time.sleep(5.5)
+        until(lambda: not self.open, ANSWER_S + 1.0)
         result = Result(dict(self.sent), dict(self.on), dict(self.answered), dict(self.obeyed), took_s)
         self.session.close()  # type: ignore[no-untyped-call]
         return result

@@ -98,9 +98,15 @@ class Yard:
         """One of them."""
         return self.states()[0]
 
+    def speak_again(self) -> None:
+        """Every boat has published two more states: what came to it before shows in the second."""
+        before = {state.boat: (state.epoch, state.seq + 2) for state in self.states()}
+        later = until(lambda: all((s.epoch, s.seq) >= before[s.boat] for s in self.states()), PATIENCE_S)
+        assert later, "the boats fell silent"
+
     def untouched(self) -> bool:
         """The boats stand by, hold no mission, know no stop, obey nobody."""
-        time.sleep(0.3)  # a word that is obeyed shows in the next state
+        self.speak_again()
         return all(not s.mission_id and not s.stops and s.control.operator == "" for s in self.states())
 
     def line(self, pattern: str, patience_s: float = 3.0) -> str:
@@ -169,7 +175,7 @@ def as_another(yard: Yard) -> Iterator[Row]:
     with imposter(FLEET, ROGUE, yard.at, yard.place / ROGUE, yard.place) as one:
         for _ in range(5):
             one.puts("b2", keys.STATE, encode(structs.replace(forged, stamp_ns=time.time_ns())))
-            time.sleep(0.1)
+            yard.speak_again()
             heard += [state for state in yard.states() if state.epoch == forged.epoch]
     obeyed = bool(heard) or not yard.untouched()
     yield Row("a boat publishes as another", obeyed, yard.line(rf"boat {ROGUE} \(\w+\) may not put fleet/sim/b2/state"))
@@ -259,7 +265,7 @@ def revoked_under_way(yard: Yard) -> Iterator[Row]:
             brought = fleet.send_roster()
         until(lambda: not one.hears("b1", keys.STATE), PATIENCE_S)
         took = time.monotonic() - began
-        time.sleep(1.0)
+        yard.speak_again()
         obeyed = not set(BOATS) <= set(brought.acknowledged) or one.hears("b1", keys.STATE) or not yard.untouched()
     yield Row(f"a boat revoked under way: {took:.0f} s", obeyed, yard.line(rf"boat {ROGUE} \(\w+\), revoked at", 8.0))
 
