@@ -17,9 +17,11 @@ from bench.scenes import mission
 from bench.timing import calibration, percentile
 from fleet.agent.clock import warped
 from fleet.mission.load import encode
+from fleet.mission.model import Vessel
 from fleet.operator import Fleet
 from fleet.sim.device import DriverKind
 from fleet.sim.processes import Processes
+from fleet.sim.suite import SensorKind
 
 ROOT = Path(__file__).resolve().parent.parent
 FLEET = "bench"
@@ -78,11 +80,17 @@ class Result(msgspec.Struct):
 
 
 def run(
-    boats: int, standby_s: float, sailing_s: float, say: Callable[[str], None], driver: DriverKind = "simulated"
+    boats: int,
+    standby_s: float,
+    sailing_s: float,
+    say: Callable[[str], None],
+    driver: DriverKind = "simulated",
+    sensors: SensorKind = "simulated",
+    traffic: tuple[Vessel, ...] = (),
 ) -> Result:
     """Start, watch in standby, launch, watch sailing, end."""
     os.environ["PYTHONPATH"] = str(ROOT)
-    plan = mission(boats)
+    plan = mission(boats, *traffic)
     names = tuple(boat.name for boat in plan.boats)
     with tempfile.TemporaryDirectory(prefix="fleet-bench-") as place:
         folder = Path(place)
@@ -90,7 +98,7 @@ def run(
         mission_file = folder / "mission.bin"
         mission_file.write_bytes(encode(plan))
         options: dict[str, Any] = {"fleet": FLEET, "topology": "hub", "seed": 1, "record": True, "control_hz": HZ}
-        processes = Watched(folder, warped(1.0), names, driver=driver, **options)
+        processes = Watched(folder, warped(1.0), names, driver=driver, sensors=sensors, **options)
         began = time.monotonic()
         try:
             processes.start_hub()

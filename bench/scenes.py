@@ -12,7 +12,18 @@ from fleet.avoidance import METHODS, Method
 from fleet.avoidance.types import Peer
 from fleet.coordination import Member
 from fleet.guidance import FollowParams, Limits, StationParams
-from fleet.mission.model import Boat, Formation, Geographic, Mission, Start, Straight
+from fleet.mission.model import (
+    Boat,
+    Formation,
+    Geographic,
+    Lidar,
+    Mission,
+    Positions,
+    Start,
+    Steady,
+    Straight,
+    Vessel,
+)
 from fleet.paths import Path, straight
 from fleet.wire.messages import MAJOR, BoatState, Revision
 
@@ -150,7 +161,13 @@ def boat_state(name: str = "b7", seq: int = 1, stamp_ns: int = 1_700_000_000_000
     )
 
 
-def mission(boats: int) -> Mission:
+def moored(sensed: Lidar | Positions) -> Vessel:
+    """A vessel that lies abeam of the path of few boats, and that they see so; they need not act."""
+    track = Steady(start=(70.0, 35.0), course_deg=60.0)
+    return Vessel(name="barge", length_m=12.0, speed_mps=0.0, track=track, sensed=sensed)
+
+
+def mission(boats: int, *traffic: Vessel) -> Mission:
     """N boats in column on one straight path, already in formation."""
     length = boats * SPACING_M + 1000.0
     roster = tuple(
@@ -164,4 +181,5 @@ def mission(boats: int) -> Mission:
         boats=roster,
         formation=Formation(spacing_m=SPACING_M, cruise_mps=1.0),
         duration_s=600.0,
+        traffic=traffic,
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from typing import Annotated
 
@@ -12,11 +13,15 @@ from fleet import ops
 from fleet.agent.step import Nav
 from fleet.agent.traffic import SCAN
 from fleet.drivers.seam import Sighting
-from fleet.sensing.clusters import Cluster, ClusterParams, Motion, clusters
+from fleet.sensing.clusters import Cluster, ClusterParams, Motion, clusters, seen_before
 from fleet.sensing.scan import Scan
 
 OLD_S = 0.5  # of a scan; and how far the boat's motion is reckoned back
 HEADING_RAD = 0.02  # 1-sigma error of the heading, which swings everything round the boat
+EARLIER, EARLIER_S = (
+    3,
+    0.35,
+)  # of so many scans before, no older, one must show a thing too; slower scanners are believed
 SHORTEST_M = 2.0  # of a vessel; a buoy is kept clear of like one
 
 
@@ -35,6 +40,7 @@ class Tally(Struct):
     unplaced: int = 0  # looked at when the boat did not know where it was, or too late
     things: int = 0
     banks: int = 0  # too long for a vessel: passed over
+    once: int = 0  # things that no scan shortly before showed: spray, or a line of ranges that came damaged
     few: int = 0  # returns of things with too few of them
     own: int = 0  # returns of the own hull
 
@@ -45,6 +51,7 @@ class Outlook:
     def __init__(self, params: ScanParams | None = None) -> None:
         self._params = params or ScanParams()
         self._looked_ns: dict[str, int] = {}
+        self._earlier: dict[str, deque[Scan]] = {}  # of each scanner, the newest last
         self._last: dict[str, tuple[int, int]] = {}  # things and banks, by scanner
         self.tally = Tally()
 
@@ -67,6 +74,7 @@ class Outlook:
         for scan in scans:
             self.tally.scans += 1
             newest[scan.scanner] = scan
+            self._earlier.setdefault(scan.scanner, deque(maxlen=EARLIER + 1)).append(scan)
         for scanner, scan in newest.items():
             last_ns = self._looked_ns.get(scanner)
             if last_ns is not None and scan.stamp_ns - last_ns < round(self._params.every_s * 1e9):
@@ -85,13 +93,18 @@ class Outlook:
         s, c = ops.sincos(nav.psi)
         motion = Motion(nav.vx * c + nav.vy * s, nav.vy * c - nav.vx * s, nav.r)
         found = clusters(scan, motion, self._params)
+        least_ns = scan.stamp_ns - round(EARLIER_S * 1e9)
+        earlier = [one for one in self._earlier[scan.scanner] if least_ns <= one.stamp_ns < scan.stamp_ns]
+        before = seen_before(found.clusters, scan, earlier, motion, self._params)
+        things = tuple(thing for thing, there in zip(found.clusters, before, strict=True) if there)
         tally = self.tally
-        tally.things += len(found.clusters)
+        tally.things += len(things)
+        tally.once += len(before) - len(things)
         tally.banks += found.banks
         tally.few += found.few
         tally.own += found.own
-        self._last[scan.scanner] = (len(found.clusters), found.banks)
-        return found.clusters
+        self._last[scan.scanner] = (len(things), found.banks)
+        return things
 
     def words(self) -> tuple[str, ...]:
         """A line for each scanner: what its last scan showed."""

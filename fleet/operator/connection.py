@@ -39,6 +39,7 @@ from fleet.wire.messages import (
 DEFAULT_CONNECT = ("tcp/127.0.0.1:7447",)
 DEFAULT_SECURE = ("tls/127.0.0.1:7447",)
 ASK_AGAIN_S = 0.5
+AT_ONCE = ("stop-now", "hold", "abort")  # said before anybody is asked who is of the mission
 GONE_S = 3.0
 
 
@@ -175,19 +176,21 @@ class Connection:
         payload = encode(self.trust.sign("frames", body)) if self.trust is not None else body
         self._bus.tell(keys.MAVLINK, payload, boat)
 
-    def _ask(self, command: Command, expected: Sequence[str]) -> dict[str, Ack | None]:
-        """Ask until every expected boat has answered or the time is over."""
+    def _ask(
+        self, command: Command, expected: Sequence[str], deadline: float, *, all_at_once: bool = False
+    ) -> dict[str, Ack | None]:
+        """Ask until every expected boat has answered or the time is over; all at once: whoever else hears it, too."""
         payload = encode(command)
         if self.trust is not None:
             payload = encode(self.trust.sign("command", payload))
         acks: dict[str, Ack | None] = dict.fromkeys(expected)
-        deadline = self._clock.monotonic() + self.timeout_s
         while True:
             left = deadline - self._clock.monotonic()
             missing = [boat for boat, ack in acks.items() if ack is None]
             if left <= 0.0 or (not missing and acks):
                 return acks
-            target = missing[0] if len(missing) == 1 else "*"
+            target = missing[0] if len(missing) == 1 and not all_at_once else "*"
+            all_at_once = False
             began = self._clock.monotonic()
             for boat, answer in self._bus.ask_all(keys.COMMAND, payload, max(left, 0.05), target).items():
                 if command.boats and boat not in command.boats:
@@ -232,7 +235,8 @@ class Connection:
         expected: Sequence[str] | None = None,
     ) -> Outcome:
         """Say something to boats, and collect their answers."""
-        addressed = list(expected) if expected is not None else self._expected(boats)
+        first = sorted(self._bus.alive()) if kind in AT_ONCE and not boats else []
+        addressed = first or (list(expected) if expected is not None else self._expected(boats))
         if not addressed:
             raise NobodyReachable(f"{kind}: no boat of fleet {self.fleet!r} is in reach at {', '.join(self._connect)}")
         command = Command(
@@ -246,7 +250,11 @@ class Connection:
             text,
             stamp_ns=self._now_ns(),
         )
-        acks = self._ask(command, addressed)
+        deadline = self._clock.monotonic() + self.timeout_s
+        acks = self._ask(command, addressed, deadline, all_at_once=bool(first))
+        if first:  # only then: boats are asked for it, and answer when they can
+            others = [boat for boat in self._expected(()) if boat not in acks]
+            acks |= self._ask(command, others, deadline) if others else {}
         olds = {ack.old for ack in acks.values() if ack is not None and ack.old}
         news = {ack.new for ack in acks.values() if ack is not None and ack.new}
         return Outcome(kind, command.id, acks, " | ".join(sorted(olds)), " | ".join(sorted(news)))

@@ -7,6 +7,7 @@ return, its length to be the longer side of the box about all returns.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 from msgspec import Meta, Struct
@@ -23,6 +24,7 @@ NotNegative = Annotated[float, Meta(ge=0.0)]
 SIGMA_M = 0.1  # of a range; and of a middle, at least
 SIGMA_CUT = 0.5  # so, of a thing that the edge of the scan cuts off
 SIGMA_A_LENGTH = 0.1  # of the length: one side of a hull is seen, and its middle lies behind it
+NEAR_M, FASTEST_MPS = 1.0, 5.0  # of what an earlier scan shows: how near, and how fast a thing may have gone
 WIDEST_GAP_RAD = math.radians(5.0)  # a gap beyond counts as so wide
 
 
@@ -93,16 +95,10 @@ def clusters(scan: Scan, motion: Motion = STILL, params: ClusterParams | None = 
     import numpy as np
 
     p = params or ClusterParams()
-    rho = np.frombuffer(scan.ranges, dtype="<f4").astype(np.float64)
-    with np.errstate(invalid="ignore"):
-        beams = np.flatnonzero((rho > 0.0) & (rho <= min(scan.range_max_m, p.range_max_m)))
+    beams, rho, bearing, x, y = _returns(scan, p)
     returns = len(beams)
     if returns == 0:
         return Found()
-    rho = rho[beams]
-    bearing: Numbers = scan.yaw_rad + scan.first_rad + scan.increment_rad * beams.astype(np.float64)
-    x = scan.ahead_m + rho * np.cos(bearing)
-    y = scan.starboard_m + rho * np.sin(bearing)
     own = (abs(x) <= 0.5 * p.hull_length_m + p.hull_margin_m) & (abs(y) <= 0.5 * p.hull_beam_m + p.hull_margin_m)
     if own.any():
         away = ~own
@@ -120,6 +116,52 @@ def clusters(scan: Scan, motion: Motion = STILL, params: ClusterParams | None = 
         points = np.roll(points, -first, axis=1)
         starts = np.concatenate(([0], starts[1:-1] + len(x) - first))
     return _told(points, starts, motion, p, returns)
+
+
+def seen_before(
+    found: Sequence[Cluster],
+    scan: Scan,
+    earlier: Sequence[Scan],
+    motion: Motion = STILL,
+    params: ClusterParams | None = None,
+) -> list[bool]:
+    """Whether a scan shortly before shows anything where each thing is: a thing that is there is in more than one scan.
+
+    One return is enough, in any of them, as near to the thing as its own hull reaches and both may have gone
+    meanwhile, give and take a metre. All are true where there is no scan before.
+
+    Args:
+        found: things of the scan
+        scan: the newest
+        earlier: of the same scanner
+        motion: of the boat, in all that time
+        params: tuning
+    """
+    import numpy as np
+
+    p, told = params or ClusterParams(), [not earlier] * len(found)
+    for before in earlier if found else ():
+        beams, _, _, x, y = _returns(before, p)
+        ago = (before.stamp_ns - scan.stamp_ns) * 1e-9
+        x, y = _at_the_stamp(x, y, ago + before.beam_s * beams.astype(np.float64), motion)
+        for k, one in enumerate(found):
+            if not told[k]:
+                there = _at_the_stamp(np.asarray(one.ahead), np.asarray(one.starboard), np.asarray(one.t), motion)
+                reach = NEAR_M + 0.5 * one.length + FASTEST_MPS * (one.t - ago)
+                told[k] = bool((np.hypot(x - there[0], y - there[1]) <= reach).any())
+    return told
+
+
+def _returns(scan: Scan, p: ClusterParams) -> tuple[Any, Numbers, Numbers, Numbers, Numbers]:
+    """Beams with a return, its range [m], bearing [rad] and place from the boat's centre [m], where it was measured."""
+    import numpy as np
+
+    rho = np.frombuffer(scan.ranges, dtype="<f4").astype(np.float64)
+    with np.errstate(invalid="ignore"):
+        beams = np.flatnonzero((rho > 0.0) & (rho <= min(scan.range_max_m, p.range_max_m)))
+    rho = rho[beams]
+    bearing: Numbers = scan.yaw_rad + scan.first_rad + scan.increment_rad * beams.astype(np.float64)
+    return beams, rho, bearing, scan.ahead_m + rho * np.cos(bearing), scan.starboard_m + rho * np.sin(bearing)
 
 
 def _at_the_stamp(x: Numbers, y: Numbers, t: Numbers, m: Motion) -> tuple[Numbers, Numbers]:

@@ -76,6 +76,19 @@ def test_a_thing_is_where_it_is_whatever_the_boat_does_while_it_scans(psi_deg: f
     assert one.position_error_m == pytest.approx(math.hypot(0.1, 0.02 * 20.0), rel=0.1)
 
 
+def test_what_one_of_several_scans_shows_is_not_told_and_counted() -> None:
+    sea, thing = Sea(), [boat(20.0, 0.0, 0.0, 0.0, 0.0, 4.0)]
+    sea.look(0.0, nav(), [])
+    for k in range(1, 5):
+        assert sea.look(0.1 * k, nav(), []) == [], "too soon"
+    assert sea.look(0.5, nav(), thing) == []
+    assert (sea.outlook.tally.once, sea.outlook.tally.things) == (1, 0)
+    for k in range(6, 10):
+        sea.look(0.1 * k, nav(), thing)
+    assert len(sea.look(1.0, nav(), thing)) == 1
+    assert (sea.outlook.tally.once, sea.outlook.tally.things) == (1, 1)
+
+
 def test_three_looks_make_a_vessel_and_one_that_lies_still_has_no_speed() -> None:
     sea = Sea(loss=0.05)
     buoy = [vessel(30.0, 5.0, 1.0, 0.0, 0.0, 6.0)]

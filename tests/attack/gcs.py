@@ -32,6 +32,8 @@ class Result(Struct):
 
     sent: int = 0
     wishes_of_noise: int = 0  # words to the fleet that nobody said
+    by_chance: int = 0  # frames among those whose checksum is right all the same
+    unexplained: int = 0  # words in ticks of noise in which no frame was so
     wishes: int = 0  # of well-formed frames with values drawn
     internal_errors: int = 0
     heartbeats: int = 0
@@ -108,17 +110,22 @@ def attack(count: int, seed: int = 1) -> Result:
     bridge, began = deck.bridge, time.perf_counter()
     while result.sent < count:
         noise = bool(draw.getrandbits(1))
+        heard: list[bytes] = []
         for _ in range(min(A_TICK, count - result.sent)):
             peer = (0, ("127.0.0.1", draw.randrange(40)))
             frame = spoil(draw, draw.choice(good)) if noise else drawn(draw, codec)
             if noise and frame in good:
                 result.unchanged += 1
                 continue
+            heard.append(frame)
             bridge.hear(peer, frame, deck.now_s)
             result.sent += 1
         wishes = bridge.take_wishes()
-        if noise:
+        if noise and wishes:
             result.wishes_of_noise += len(wishes)
+            by_chance = sum(map(_whole, heard))
+            result.by_chance += by_chance
+            result.unexplained += len(wishes) * (by_chance == 0)
         result.wishes += len(wishes)
         result.most_wishes_waiting = max(result.most_wishes_waiting, len(bridge._then))
         for wish in wishes:
@@ -138,6 +145,14 @@ def attack(count: int, seed: int = 1) -> Result:
     result.taken, result.bad = bridge._frames.counts["taken"], bridge._frames.counts["bad"]
     result.seconds = time.perf_counter() - began
     return result
+
+
+def _whole(frame: bytes) -> bool:
+    """Whether it holds a message with a right checksum, by a decoder that is not ours."""
+    codec = MAVLINK.MAVLink(None)
+    codec.robust_parsing = True
+    kinds = [message.get_type() for message in codec.parse_buffer(frame) or ()]
+    return any(kind != "BAD_DATA" and not kind.startswith("UNKNOWN") for kind in kinds)
 
 
 def _meant(deck: Deck) -> list[Any]:

@@ -15,7 +15,7 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
-from fleet.agent.scans import Outlook, ScanParams
+from fleet.agent.scans import EARLIER, Outlook, ScanParams
 from fleet.agent.step import Nav
 from fleet.agent.traffic import Traffic
 from fleet.drivers.lidar import scip
@@ -30,6 +30,7 @@ MODEL = Model("UST-20LX", 20, 60_000, 1440, 0, 1080, 540, 2400)
 REQUESTS = (Request("MD", 500, 580), Request("MS", 500, 580), Request("ME", 520, 560), Request("GD", 500, 580))
 NOW_NS = 1_700_000_000_000_000_000
 STILL: Nav[float] = Nav(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+EMPTY = packed([math.nan] * 81)
 STEP = math.radians(0.25)
 ONE_LINE = 1.0 / 64.0  # six bits let so many wrong lines pass
 
@@ -49,8 +50,11 @@ class Result(Struct):
     wrong_cut_passed: int = 0
     wrong_line: int = 0  # frames with several characters of one line wrong, each of the code,
     wrong_line_passed: int = 0  # six bits of a sum let one in 64 of them pass
-    wrong_things: int = 0  # things on the water that came of them: there was nothing
-    wrong_vessels: int = 0  # of which the agent made vessels, had these been ten scans a second
+    wrong_shown: int = 0  # of which a scan of empty water shows a thing, were it the only scan
+    wrong_things: int = 0  # things that went on to keeping clear, with sound scans of the same water before
+    wrong_vessels: int = 0  # of which vessels were made
+    worst_things: int = 0  # the same, had every scan of the water been one of the wrong ones, ten a second,
+    worst_vessels: int = 0
     published: int = 0
     published_refused: int = 0
     published_impossible: int = 0  # believed, and cannot be
@@ -106,17 +110,32 @@ def _noise(rng: random.Random) -> bytes:
     return head + rng.randbytes(rng.randint(0, 200)).replace(b"\n\n", b"\n") + b"\n\n"
 
 
+class Water:
+    """Scans of a boat that lies still with nothing around it, ten a second, and what its agent makes of them."""
+
+    def __init__(self) -> None:
+        self.outlook, self.traffic = Outlook(ScanParams(every_s=0.05)), Traffic(lambda: (), NOW_NS)
+        self.now_ns = NOW_NS
+        self.vessels = 0
+
+    def look(self, ranges: bytes) -> int:
+        """How many things went on to keeping clear."""
+        self.now_ns += 100_000_000
+        scan, things = Scan(self.now_ns, 0.0, -STEP, ranges, 60.0), 0
+        for sightings in self.outlook.sightings([scan], STILL, lambda x, y: (x * 1e-5, y * 1e-5), self.now_ns):
+            things += len(sightings)
+            self.traffic.hear(sightings, lambda lat, lon: (lat * 1e5, lon * 1e5), (), self.now_ns)
+        self.vessels = max(self.vessels, len(self.traffic.targets(self.now_ns)))
+        return things
+
+
 class _Attack:
     def __init__(self, rng: random.Random) -> None:
         self.rng, self.result = rng, Result()
         self.decoders = {request: Decoder() for request in REQUESTS}
         for request, decoder in self.decoders.items():
             decoder.expect(request, MODEL)
-        self.outlook, self.traffic = Outlook(ScanParams(every_s=0.05)), Traffic(lambda: (), NOW_NS)
-
-    @property
-    def now_ns(self) -> int:
-        return NOW_NS + self.result.frames * 100_000_000
+        self.water, self.worst = Water(), Water()
 
     def scip(self) -> None:
         """One frame of a scanner."""
@@ -162,14 +181,13 @@ class _Attack:
             result.wrong_line += 1
             result.wrong_line_passed += not all(right)
             for one in measured:
-                self.looked(Scan(self.now_ns, 0.0, -STEP, one.ranges, 60.0))
-
-    def looked(self, scan: Scan) -> None:
-        """A scan of a boat that lies still, with nothing around it."""
-        for sightings in self.outlook.sightings([scan], STILL, lambda x, y: (x * 1e-5, y * 1e-5), self.now_ns):
-            self.result.wrong_things += len(sightings)
-            self.traffic.hear(sightings, lambda lat, lon: (lat * 1e5, lon * 1e5), (), self.now_ns)
-        self.result.wrong_vessels = max(self.result.wrong_vessels, len(self.traffic.targets(self.now_ns)))
+                result.wrong_shown += Water().look(one.ranges) > 0
+                for _ in range(EARLIER):
+                    self.water.look(EMPTY[: len(one.ranges)])
+                result.wrong_things += self.water.look(one.ranges)
+                result.worst_things += self.worst.look(one.ranges)
+            result.wrong_vessels = max(result.wrong_vessels, self.water.vessels)
+            result.worst_vessels = max(result.worst_vessels, self.worst.vessels)
 
     def message(self) -> None:
         """One published scan."""
@@ -235,7 +253,8 @@ def held(result: Result) -> bool:
         and result.wrong_bit_passed == 0
         and result.wrong_cut_passed <= fair
         and result.wrong_line_passed <= fair + 4.0 * math.sqrt(fair)
-        and result.wrong_things <= result.wrong_line_passed
+        and result.wrong_things == 0
+        and result.worst_things <= result.wrong_line_passed
         and result.wrong_vessels == 0
         and result.published_impossible == 0
     )

@@ -94,7 +94,7 @@ LAYERS = (
     ),
     Layer(
         "operator says stop-now",
-        {"mavlink": 0.4, "can": 0.4},
+        {"mavlink": 0.2, "can": 0.2},  # a tick of the agent, a navigation set or a mode of the device, the hub
         _stop_now,
         {"mavlink": "the agent", "can": "the agent"},
     ),

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from fleet.sensing.clusters import Cluster, ClusterParams, Found, Motion, clusters
+from fleet.sensing.clusters import Cluster, ClusterParams, Found, Motion, clusters, seen_before
 from fleet.sensing.scan import Scan, cleaned, packed, problem, unpacked
 from fleet.sim.scanner.rays import Body, Turn, boat, ranges, vessel
 
@@ -215,3 +215,37 @@ def test_ranges_out_of_the_scanners_reach_are_no_return() -> None:
     assert [one for one in unpacked(cleaned(ranges_of, 0.1, 30.0)) if not math.isnan(one)] == pytest.approx(
         [0.1, 5.0, 30.0]
     )
+
+
+# -- seen before -------------------------------------------------------------------------------------------------------
+THREE = {539: 20.0, 540: 20.0, 541: 20.0}
+TENTH = 100_000_000
+
+
+def before(seen: dict[int, float], ago_ns: int = TENTH) -> Scan:
+    """A scan that came before the one with stamp 1."""
+    return scan(seen, stamp_ns=1 - ago_ns)
+
+
+def test_a_thing_that_one_scan_alone_shows_was_not_seen_before() -> None:
+    now = scan(THREE)
+    found = clusters(now).clusters
+    assert seen_before(found, now, []) == [True], "nothing to compare with"
+    assert seen_before(found, now, [before({})]) == [False]
+    assert seen_before(found, now, [before({800: 20.0})]) == [False]
+    assert seen_before(found, now, [before({540: 21.4})]) == [True], "one return of it is enough"
+    assert seen_before(found, now, [before({540: 21.7})]) == [False], "a metre, half its length, 5 m/s"
+    assert seen_before(found, now, [before({540: 21.7}, 2 * TENTH)]) == [True]
+    assert seen_before(found, now, [before({}), before({540: 20.0}), before({})]) == [True], "in any of them"
+
+
+@given(st.integers(-50, 50).map(lambda k: 0.01 * k), st.integers(-150, 150).map(lambda k: 0.01 * k))
+def test_what_lies_still_was_seen_before_however_the_boat_turns_and_goes(r: float, u: float) -> None:
+    motion, ago = Motion(u, 0.0, r), 0.1
+    far = [boat(50.0, 3.0, 0.0, 0.0, 0.0, 4.0)]
+    half = 0.5 * r * ago  # where the boat was, along its mean heading, and how it lay
+    turn = Turn(-u * ago * math.cos(half), u * ago * math.sin(half), -r * ago, 0.0, 0.0, 0.0, 0.0)
+    seen = ranges(turn, FIRST - STEP * np.arange(BEAMS), far, 60.0)
+    earlier = Scan(1 - TENTH, FIRST, -STEP, packed(one if one < 60.0 else NONE for one in seen.tolist()), 60.0)
+    now = of(*far)
+    assert seen_before(clusters(now).clusters, now, [earlier], motion) == [True]

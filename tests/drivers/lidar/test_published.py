@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import math
 import struct
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import msgspec
 import pytest
@@ -18,7 +20,9 @@ from fleet.drivers.sensors.config import SensorConfig
 from fleet.drivers.sensors.equipped import Equipped, Fitted
 from fleet.errors import ConfigError
 from fleet.sensing.scan import packed, unpacked
+from fleet.sim import passes
 from fleet.wire.bus import Heard
+from fleet.wire.credentials.trust import load
 from fleet.wire.link import LinkConfig
 from fleet.wire.scans import PublishedScan, encode
 from fleet.wire.zenoh_bus import ZenohBus
@@ -146,3 +150,52 @@ def test_the_publisher_of_the_manual_is_heard_and_one_under_another_boats_name_i
         (scan,) = wait_for(lambda: published("fleet/demo/b1/scan/bow"))[-1:]
     assert scan.scanner == "bow"
     assert [one for one in unpacked(scan.ranges) if not math.isnan(one)] == [4.0, 6.0]
+
+
+def test_with_credentials_a_publisher_with_the_boats_own_folder_is_heard_and_one_with_anothers_is_not(
+    tmp_path: Path,
+) -> None:
+    place, port = passes.found(tmp_path / "credentials", "demo", ("b1", "b2"), "anna"), free_port()
+    driver = Equipped(
+        Still(), [Fitted("bow", PublishedScans(config(), time.time_ns), frozenset({"scan"}))], time.time_ns
+    )
+    where = f"tls/127.0.0.1:{port}"
+    link = LinkConfig(topology="routed", listen=(where,), credentials=str(place / "b1"))
+    bus = ZenohBus("demo", "b1", link, time.time_ns, load(place / "b1", "demo", "boat", "b1"))
+    subscribe(driver, bus)
+    driver.open()
+    wait_for(bus.open)
+
+    def publisher(folder: Path) -> zenoh.Session:
+        """As the manual shows it."""
+        config = zenoh.Config()
+        config.insert_json5("mode", '"client"')
+        config.insert_json5("connect/endpoints", json.dumps([where]))
+        config.insert_json5("scouting/multicast/enabled", "false")
+        tls = {
+            "root_ca_certificate": f"{folder}/authority.pem",
+            "connect_certificate": f"{folder}/own.pem",
+            "connect_private_key": f"{folder}/own.key",
+            "enable_mtls": True,
+        }
+        config.insert_json5("transport/link/tls", json.dumps(tls))
+        session: zenoh.Session = wait_for(lambda: zenoh.open(config))
+        return session
+
+    def put(session: zenoh.Session, metres: float) -> list[float]:
+        ranges = struct.pack("<1f", metres)
+        session.put("fleet/demo/b1/scan", msgspec.msgpack.encode([1, time.time_ns(), 0.5, -0.5, ranges, 0.1, 30.0]))
+        return [one for scan in driver.read().scans for one in unpacked(scan.ranges)]
+
+    try:
+        with publisher(place / "b2") as other, publisher(place / "b1") as own:
+            for _ in range(20):
+                put(other, 4.0)
+            heard: list[float] = []
+            while len(heard) < 5:
+                put(other, 4.0)
+                heard += wait_for(lambda: put(own, 6.0))
+        assert set(heard) == {6.0}
+    finally:
+        bus.close()
+        driver.close()
