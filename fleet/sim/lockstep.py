@@ -38,6 +38,7 @@ from fleet.sim.share import (
     apply_in_s,
     as_toml,
     lead_s,
+    must_not_be_refused,
     say,
 )
 from fleet.sim.world import STEP_NS, World
@@ -350,9 +351,7 @@ class LockstepSailing:
         self._recorder.begins_ns = self.sim.world.begins_ns = self.start_ns
         outcome = fleet.launch(self._mission, apply_in_s=lead)
         self._told(outcome)
-        refused = [f"{boat}: {why}" for boat, why in outcome.refused.items() if boat in present]
-        if refused:
-            raise FleetError("launch refused by " + "; ".join(refused))
+        must_not_be_refused(outcome, present)
 
     def _follow(self, fleet: Fleet) -> None:
         events = sorted(self._mission.timeline, key=lambda event: event.at_s)

@@ -22,7 +22,18 @@ from fleet.sim import passes
 from fleet.sim.device import must_have
 from fleet.sim.processes import Processes
 from fleet.sim.record import RunRecorder
-from fleet.sim.share import FLEET, OPERATOR, Options, Progress, Watcher, apply_in_s, as_toml, lead_s, say
+from fleet.sim.share import (
+    FLEET,
+    OPERATOR,
+    Options,
+    Progress,
+    Watcher,
+    apply_in_s,
+    as_toml,
+    lead_s,
+    must_not_be_refused,
+    say,
+)
 from fleet.sim.suite import must_have_sensors
 from fleet.sim.world_process import Begin, Trouble, TruthOfAll, Watch
 from fleet.wire import keys
@@ -134,9 +145,7 @@ class Sailing:
         self._truth.send(_encode(Begin(self.start_ns)))  # before the launch, which waits for boats that start late
         outcome = fleet.launch(self._mission, apply_in_s=lead)
         self._told(outcome)
-        refused = [f"{boat}: {why}" for boat, why in outcome.refused.items() if boat in present]
-        if refused:
-            raise FleetError("launch refused by " + "; ".join(refused))
+        must_not_be_refused(outcome, present)
 
     # -- under way -------------------------------------------------------------------------------------------------
     def _follow(self, fleet: Fleet) -> None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Literal
 
 import msgspec
 from msgspec import Struct
 
+from fleet.errors import FleetError
 from fleet.mission.model import Event, Mission
 from fleet.mission.plan import Plan
 from fleet.operator import Fleet, Outcome
@@ -86,3 +87,10 @@ def say(event: Event, fleet: Fleet, apply_in: float) -> Outcome:
     if event.do == "forget":
         return fleet.forget(event.boats)
     return fleet.command(event.do, event.boats)
+
+
+def must_not_be_refused(launch: Outcome, present: Collection[str]) -> None:
+    """FleetError when a boat that is there does not sail; one that starts late need not answer yet."""
+    refused = [f"{boat}: {why}" for boat, why in launch.refused.items() if boat in present]
+    if refused:
+        raise FleetError("launch refused by " + "; ".join(refused))
