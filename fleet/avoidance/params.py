@@ -33,7 +33,7 @@ class ScoringParams(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     wanted_sigmas: NotNegative = 2.5  # to R_s
     sigmas: NotNegative = 2.0  # to R_c
     hard_sigmas: NotNegative = 2.0  # to R_h
-    brake_sigmas: NotNegative = 2.0  # to D_sh
+    brake_sigmas: NotNegative = 3.0  # to D_sh
     least_cruise_mps: Positive = 0.3  # a boat that wants to go slower is judged as if it went this fast
 
     # how far ahead to look [s]
