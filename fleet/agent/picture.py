@@ -15,6 +15,7 @@ from msgspec import Struct, field
 from fleet import ops
 from fleet.agent.doubt import FASTEST_JUMP_MPS, Doubt, most_missed
 from fleet.agent.modes import UNDER_ORDERS, Mode
+from fleet.avoidance.reckoning import reckoned
 from fleet.avoidance.types import Peer
 from fleet.wire.bus import Heard
 from fleet.wire.codec import Refused, decode_state
@@ -334,15 +335,16 @@ class Picture:
         age, uncertain = self.age_s(other, track, now_ns)
         age = min(age, AHEAD_S)
         state = track.state
+        x, y, vx, vy = reckoned(track.x, track.y, track.vx, track.vy, state.yaw_rate_radps, age)
         widen = uncertain * state.sog_mps
         plan = known if state.mode in UNDER_ORDERS else 0.0
         return Peer(
             number=number,
             present=1.0,
-            x=track.x + track.vx * age,
-            y=track.y + track.vy * age,
-            vx=track.vx,
-            vy=track.vy,
+            x=x,
+            y=y,
+            vx=vx,
+            vy=vy,
             known=plan,
             gx=track.gx,
             gy=track.gy,

@@ -156,6 +156,7 @@ def decide(block: Block[R], told: tuple[Message[R], ...], now: int, clean: bool,
         block.revision,
         d.y_e,
         d.e,
+        nav.r,
     )
 
 

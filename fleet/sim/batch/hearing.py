@@ -10,6 +10,7 @@ from fleet import ops
 from fleet.agent.modes import Mode
 from fleet.agent.picture import AHEAD_S, GROWS_MPS, RETURN_RAMP_S, SILENT_PERIODS
 from fleet.agent.step import PathLike
+from fleet.avoidance.reckoning import reckoned
 from fleet.avoidance.types import Peer
 from fleet.coordination import Member
 from fleet.ops import R
@@ -41,6 +42,7 @@ class Message(Struct, Generic[R], frozen=True, gc=False):
     revision: R  # of the formation in force
     y_e: R  # its cross-track error [m]
     e: R = 0.0  # type: ignore[assignment]  # its along-path error [m]
+    r: R = 0.0  # type: ignore[assignment]  # its yaw rate, + to starboard [rad/s]
 
 
 class Column(Struct, Generic[R], frozen=True, gc=False):
@@ -84,9 +86,9 @@ def peer(
     """The other boat as a vehicle to keep clear of, dead-reckoned; a silent one stands where it may be nearest."""
     here = ops.where(message.stamp >= 0.0, column.avoided, 0.0)
     silent = aged.silent == 1.0
-    x, y = message.x + message.vx * aged.age, message.y + message.vy * aged.age
+    x, y, vx, vy = reckoned(message.x, message.y, message.vx, message.vy, message.r, aged.age)
     widen = clock_error_s * ops.hypot(message.vx, message.vy) if clock_error_s > 0.0 else ops.zero(x)
-    vx, vy, u_d, straight = message.vx, message.vy, message.u_d, message.straight
+    u_d, straight = message.u_d, message.straight
     known = (message.mode >= FOLLOW) & (message.mode <= ALONE)
     if ops.some(silent):
         x, y, widen = ops.when(silent, _lost, (x, y, widen), message, aged, own_x, own_y, column.path, radius_m)

@@ -87,7 +87,7 @@ class _Boat:
         point = self.path.at(s)
         told = Message(
             0.0, nav.x, nav.y, nav.vx, nav.vy, point.tx, point.ty, self.case.cruise, point.tx, point.ty,
-            self.path.straight(s) / self.case.cruise, s, nav.sigma, float(Mode.FOLLOW), 0.0, 0.0,
+            self.path.straight(s) / self.case.cruise, s, nav.sigma, float(Mode.FOLLOW), 0.0, 0.0, r=nav.r,
         )  # fmt: skip
         return Words(0.0, self.number, told, nav.psi, nav.r, 0.0, not self.led, None)
 
@@ -97,7 +97,7 @@ class _Boat:
         assert d is not None
         told = Message(
             float(k), nav.x, nav.y, nav.vx, nav.vy, d.gx, d.gy, d.u_plan, d.tx, d.ty, d.straight, d.s, nav.sigma,
-            d.mode, 0.0, d.y_e,
+            d.mode, 0.0, d.y_e, r=nav.r,
         )  # fmt: skip
         order = order_of(watched.memory, float(self.number)) if watched is not None else None
         alone = watched is not None and (self.part == ALONE or watched.memory.alone > 0.5)
