@@ -355,6 +355,7 @@ class Picture:
             sigma=state.position_error_m,
             widen=widen,
             y_e=0.0 if state.mode == Mode.HOLD else state.cross_track_m,
+            r=state.yaw_rate_radps,
         )
 
     def _silent_peer(

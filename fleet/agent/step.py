@@ -219,7 +219,7 @@ def step(
     tx, ty = ops.where(hold, gx, point.tx), ops.where(hold, gy, point.ty)
     straight = ops.where(hold, FAR, path.straight(s) / ops.maximum(u_plan, 0.3))
     y_e = ops.where(hold, 0.0, f.y_e)
-    own = Own(x, y, vx, vy, chi, gx, gy, u_plan, tx, ty, y_e, straight, sigma)
+    own = Own(x, y, vx, vy, chi, gx, gy, u_plan, tx, ty, y_e, straight, sigma, nav.r)
     plan, foreign = Plan(own, ops.where(hold, station.r_d, f.r_d), params.keep), None
     if abroad is not None:
         boat = own_boat(own, U, nav.r, s, order.cruise, hold, path, limits)

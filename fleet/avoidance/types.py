@@ -25,6 +25,7 @@ class Own(Struct, Generic[R], frozen=True, gc=False):
     y_e: R  # cross-track error, + to starboard of the path [m]
     straight: R  # seconds at u_d for which the path's course stays within 10 deg
     sigma: R  # 1-sigma error of the own position [m]
+    r: R = 0.0  # type: ignore[assignment]  # yaw rate, + to starboard [rad/s]
 
 
 class Peer(Struct, Generic[R], frozen=True, gc=False):
@@ -48,6 +49,7 @@ class Peer(Struct, Generic[R], frozen=True, gc=False):
     ordered: R = 0.0  # type: ignore[assignment]  # 1 in our formation, on our path, ahead or astern as its slot is
     y_e: R = 0.0  # type: ignore[assignment]  # its cross-track error, + to starboard of its path [m]
     together: R = 0.0  # type: ignore[assignment]  # 1 it turns when we turn: one decision about a foreign vessel for both
+    r: R = 0.0  # type: ignore[assignment]  # its yaw rate, + to starboard [rad/s]
 
 
 class Advice(Struct, Generic[R], frozen=True, gc=False):

@@ -25,6 +25,7 @@ def own_at(
     y_e: float = 0.0,
     u_d: float = 1.0,
     sigma: float = 0.0,
+    r: float = 0.0,
 ) -> Own[float]:
     """The own boat; on its path to the north unless told otherwise."""
     g = chi_p if gamma is None else gamma
@@ -42,6 +43,7 @@ def own_at(
         y_e=y_e,
         straight=FAR_S,
         sigma=sigma,
+        r=r,
     )
 
 
@@ -60,6 +62,7 @@ def peer_at(
     sigma: float = 0.0,
     widen: float = 0.0,
     y_e: float = 0.0,
+    r: float = 0.0,
 ) -> Peer[float]:
     """A peer on its path along its own course unless told otherwise."""
     g = chi if gamma is None else gamma
@@ -81,6 +84,7 @@ def peer_at(
         sigma=sigma,
         widen=widen,
         y_e=y_e,
+        r=r,
     )
 
 
@@ -119,6 +123,7 @@ def rotated(value: Any, angle: float) -> Any:
 angles = st.floats(-math.pi, math.pi)
 speeds = st.floats(0.0, 1.5)
 flags = st.sampled_from([0.0, 1.0])
+turns = st.sampled_from([0.0, -0.3, 0.2])
 owns = st.builds(
     own_at,
     chi=angles,
@@ -128,6 +133,7 @@ owns = st.builds(
     y_e=st.floats(-20.0, 20.0),
     u_d=speeds,
     sigma=st.sampled_from([0.0, 0.3, 1.5]),
+    r=turns,
 )
 
 
@@ -147,4 +153,5 @@ def peers_of(number: float) -> st.SearchStrategy[Peer[float]]:
         sigma=st.sampled_from([0.0, 1.5]),
         widen=st.sampled_from([0.0, 1.0]),
         y_e=st.floats(-20.0, 20.0),
+        r=turns,
     )

@@ -8,6 +8,7 @@ import msgspec
 import pytest
 
 from fleet.avoidance import METHODS
+from fleet.avoidance.brake import brake
 from fleet.avoidance.cost import legs, returned, threat
 from fleet.avoidance.pair import Judged, Pair, bound_alike, fresh_pair, judge, view
 from fleet.avoidance.params import ScoringParams, beside, for_radius
@@ -268,6 +269,17 @@ def test_the_brake_works_between_decisions_and_names_its_vehicle() -> None:
     memory = msgspec.structs.replace(start_memory(0.0, 1), countdown=0.5)
     memory, advice = keep_clear(own_at(), [peer_at(7.0, 5.0, 0.0, 0.0, 0.0)], memory, LIMITS, PARAMS, 0.1)
     assert (advice.braking, advice.target, memory.avoiding) == (1.0, 7.0, 0.0)
+
+
+def test_boats_that_turn_towards_each_other_brake_before_their_courses_meet() -> None:
+    """Opposite courses 4 m apart, 6 m to go: straight on they pass 4 m off, in their turns 1.9 m (D_sh is 3.2 m)."""
+    own, peer = own_at(), peer_at(7.0, 6.0, 4.0, math.pi)
+    straight = brake(own, [peer], LIMITS, PARAMS)
+    to_starboard = msgspec.structs.replace(own, r=0.35), msgspec.structs.replace(peer, r=0.35)
+    away = msgspec.structs.replace(own, r=-0.35), msgspec.structs.replace(peer, r=-0.35)
+    assert straight.braking == 0.0
+    assert brake(to_starboard[0], [to_starboard[1]], LIMITS, PARAMS).braking == 1.0
+    assert brake(away[0], [away[1]], LIMITS, PARAMS).braking == 0.0
 
 
 def test_radii_scale_with_the_safety_radius() -> None:

@@ -112,6 +112,7 @@ def peer(
         message.sigma,
         widen,
         y_e=ops.where(message.mode == HOLD, 0.0, message.y_e),
+        r=ops.where(silent, 0.0, message.r),
     )
 
 
