@@ -155,7 +155,7 @@ def _lines(told: dict[str, Any]) -> list[str]:
     for one in told["boats"]:
         figures = [_shown(one[key]) for key in ("nominal_s", "arrived_s", "delay_s")]
         errors = [f"{one[key]:.2f}" for key in ("cross_track_rms_m", "formation_rms_m")]
-        rows.append((str(one["boat"]), *figures, str(one["switches"]), *errors, "stood still" if one["stood"] else ""))
+        rows.append((str(one["boat"]), *figures, str(one["switches"]), *errors, "made no way" if one["stood"] else ""))
     return [*lines, "", *say.aligned(rows, right=range(7), indent="  ")]
 
 

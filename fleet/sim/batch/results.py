@@ -89,7 +89,7 @@ class Results(Struct, kw_only=True):
 
     @property
     def standstill(self) -> FloatArray:
-        """(B,) 1 where a boat stood still without being told to, or did not get there in time."""
+        """(B,) 1 where a boat made less than 6 m good in 60 s without being told to, or did not get there in time."""
         stood: FloatArray = np.maximum(self.stood.max(axis=1), self.unfinished)
         return stood
 

@@ -30,7 +30,7 @@ BOTH, ONLY = (False, True), (True,)
 CHECKS: dict[str, Check] = {
     "collisions_max": Check("collisions", None, True, "", "scenarios in which hulls overlapped", foreign=BOTH),
     "standstills_max": Check(
-        "standstills", None, True, "", "scenarios in which a boat stood still for 60 s, or did not arrive in time"
+        "standstills", None, True, "", "scenarios in which a boat made no 6 m good in 60 s, or did not arrive in time"
     ),
     "stopped_max": Check(
         "stopped", None, True, "", "scenarios in which a boat sailed less than 6 m in 60 s, or did not arrive in time"

@@ -107,7 +107,7 @@ def _glance(store: Store, results: Sequence[Results | None], summary: Figures) -
     content: list[tuple[str, str, str, bool | None]] = [
         ("cases", shown(summary["cases"]), f"of {escape(str(summary['boats']))} boats", None),
         ("collisions", shown(collisions), "cases in which hulls met", collisions == 0),
-        ("standstills", shown(stuck), "cases in which a boat stood still", stuck == 0),
+        ("standstills", shown(stuck), "cases in which a boat made less than 6 m good in 60 s", stuck == 0),
         ("least separation", shown(summary["min_separation_m"], "m"), f"case {escape(case)}", None),
     ]
     if summary["boats_with_goal"]:

@@ -21,7 +21,7 @@ Figures = dict[str, Any]
 MEANINGS: dict[str, tuple[str, str]] = {
     "cases": ("scenarios sailed", ""),
     "collisions": ("cases in which hulls came to overlap", ""),
-    "standstills": ("cases in which a boat stood still for 60 s without being told to, or never arrived", ""),
+    "standstills": ("cases in which a boat made no 6 m good in 60 s without being told to, or never arrived", ""),
     "stopped": (
         "of these, cases in which a boat sailed less than 6 m in 60 s, or never arrived: not even in circles",
         "",
