@@ -18,10 +18,7 @@ from fleet.sensing.scan import Scan
 
 OLD_S = 0.5  # of a scan; and how far the boat's motion is reckoned back
 HEADING_RAD = 0.02  # 1-sigma error of the heading, which swings everything round the boat
-EARLIER, EARLIER_S = (
-    3,
-    0.35,
-)  # of so many scans before, no older, one must show a thing too; slower scanners are believed
+EARLIER, EARLIER_S = 3, 0.35  # one of so many scans before, no older, must show a thing too; slow scanners are believed
 SHORTEST_M = 2.0  # of a vessel; a buoy is kept clear of like one
 
 

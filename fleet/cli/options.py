@@ -110,6 +110,7 @@ def linked(command: Callable[..., None]) -> Callable[..., None]:
         credentials: Credentials = None,
         insecure: Insecure = False,
     ) -> Link:
+        """The options of a link, and what they are when left out."""
         return Link(fleet, connect, operator, timeout, credentials, insecure)
 
     def call(**given: Any) -> None:
