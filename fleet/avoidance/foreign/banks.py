@@ -15,6 +15,7 @@ from fleet.ops import R
 
 FAR_M = 1.0e6
 BLUNT_M = 1.0e-6
+NEAR_M = 2.0  # an edge this much farther off than the end of a leg is not met by it
 
 
 class Bent(Struct, Generic[R], frozen=True, gc=False):
@@ -41,9 +42,10 @@ def bend(x: R, y: R, cx: R, cy: R, u: R, r_max: R, edges: Sequence[Edge], params
         r_max: largest yaw rate [rad/s]
         edges: those that matter, each with a length
     """
-    least, nx, ny = ops.full(x, FAR_M), ops.zero(x), ops.zero(x)
+    least, nx, ny, away = ops.full(x, FAR_M), ops.zero(x), ops.zero(x), []
     for edge in edges:
         dx, dy, d = _nearest(x, y, edge)
+        away.append(d)
         nearer = d < least
         least, nx, ny = ops.where(nearer, d, least), ops.where(nearer, dx, nx), ops.where(nearer, dy, ny)
     if not ops.some(least < params.bank_m + params.bank_s * u + u / r_max):
@@ -58,7 +60,8 @@ def bend(x: R, y: R, cx: R, cy: R, u: R, r_max: R, edges: Sequence[Edge], params
     free = ops.full(x, 1.0)
     if len(edges) > 1 and ops.some(bent):
         ahead = params.bank_m + params.bank_s * u + u / r_max
-        clear = ashore(x, y, x + ahead * cx, y + ahead * cy, edges, params.ashore_m) < 0.5
+        near = [e for e, d in zip(edges, away, strict=True) if ops.some(bent & (d < ahead + NEAR_M))]
+        clear = ashore(x, y, x + ahead * cx, y + ahead * cy, near, params.ashore_m) < 0.5
         free = ops.flag(ops.no(bent) | clear, x)
     return Bent(cx, cy, ops.flag(bent, x), free)
 
@@ -70,9 +73,24 @@ def ashore(x0: R, y0: R, x1: R, y1: R, edges: Sequence[Edge], near: float) -> R:
         long = ops.hypot(bx - ax, by - ay)
         ex, ey = (bx - ax) / long, (by - ay) / long
         px, py, qx, qy = x0 - ax, y0 - ay, x1 - ax, y1 - ay
-        d, _ = gap(px * ex + py * ey, py * ex - px * ey, qx * ex + qy * ey, qy * ex - qx * ey, 0.0, long)
-        hit = ops.where(d < near, 1.0, hit)
+        leg = px * ex + py * ey, py * ex - px * ey, qx * ex + qy * ey, qy * ex - qx * ey
+        hit = ops.where(_least(*leg, long, near) < near, 1.0, hit)
     return hit
+
+
+def _least(x0: R, y0: R, x1: R, y1: R, long: float, near: float) -> R:
+    """Distance of the leg to [0, long] of the x axis; FAR_M where all of it is beyond one end or side, as most are."""
+    far = near + BLUNT_M
+    out = ((y0 > far) & (y1 > far)) | ((y0 < -far) & (y1 < -far))
+    out = out | ((x0 > long + far) & (x1 > long + far)) | ((x0 < -far) & (x1 < -far))
+    if isinstance(out, bool):
+        return FAR_M if out else gap(x0, y0, x1, y1, 0.0, long)[0]
+    least = ops.full(x0, FAR_M)
+    if not ops.every(out):
+        rows = ~out
+        least = least.copy()
+        least[rows] = gap(x0[rows], y0[rows], x1[rows], y1[rows], 0.0, long)[0]
+    return least
 
 
 def _nearest(x: R, y: R, edge: Edge) -> tuple[R, R, R]:

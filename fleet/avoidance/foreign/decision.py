@@ -1,8 +1,9 @@
 """Which alteration: the candidates rolled out with the lags of the hull, the one of least price taken.
 
-numpy works here on arrays, some candidates at a time, until no other can be cheaper. A large decision goes on over a
-few ticks, about the moment at which it was begun. Decisions are always made on arrays; the same numbers give the same
-choice everywhere: only + - * / sqrt, comparisons, selection, and least and largest values are used.
+numpy works here on arrays: the ways of all boats on all candidates, a vertex of each at a time; then prices, some
+candidates at a time, until no other can be cheaper. A large decision goes on over a few ticks, about the moment at
+which it was begun. The same numbers give the same choice everywhere: only + - * / sqrt, comparisons, selection, and
+least and largest values are used.
 """
 
 from __future__ import annotations
@@ -17,14 +18,17 @@ from fleet import ops
 from fleet.avoidance.foreign.banks import ashore
 from fleet.avoidance.foreign.domain import Domain
 from fleet.avoidance.foreign.encounter import BY_STARBOARD, Bearing
-from fleet.avoidance.foreign.nearness import free_after, nearness, stacked
+from fleet.avoidance.foreign.nearness import Ways, free_after, nearness, part, stacked
 from fleet.avoidance.foreign.params import ForeignParams
-from fleet.avoidance.foreign.rollout import Motion, Way, holding, left_to_turn, motion
+from fleet.avoidance.foreign.rollout import COARSE_S, Motion, Sailing, left_to_turn, motion, sail_on, set_out
 from fleet.avoidance.foreign.types import Action, Afloat, Edge, Encounter, Kind, Mate, Reason
 from fleet.ops import FloatArray
 
-AT_ONCE, LEAST_AT_ONCE = 64, 12  # ways that are worked out together
-WORK, BANK_WORK = 100, 60  # ways times guesses of the vessels in one tick; less beside banks, where ways take longer
+AT_ONCE = 64  # ways that are priced together
+WORK = 80.0  # of one tick; 1 is about 0.05 ms on a quiet machine
+SET_OUT, STEP, FREE_STEP, BANKED_STEP, EDGE, CORNER = 7.0, 1.2, 0.1, 1.5, 0.6, 3.5  # of all ways,
+WAYS = 800  # and as much again for each so many of them
+PRICE, LEG = 30.0, 3.6e-3  # of a price: calls, and each leg to each guess of a vessel
 MOST_AT_ONCE = 2  # more boats than that: the outermost first
 FASTER = 1.05  # an emergency speed that is not this much faster is none
 _DEG = ops.PI / 180.0
@@ -89,14 +93,19 @@ class Scene(Struct, frozen=True, gc=False):
     foreseen: tuple[tuple[float, float], ...] = ()  # (number, side) of vessels that will be met, but not yet
 
 
-class Search(Struct, frozen=True, gc=False):
-    """A decision under way: what each candidate costs at least."""
+class Search(Struct, frozen=True, dict=True):
+    """A decision under way: what each candidate costs at least.
+
+    The ways themselves are kept beside these numbers, and neither recorded nor compared: who was given the numbers
+    alone, as a replay is, works them out anew.
+    """
 
     scene: Scene
     trials: tuple[Trial, ...]
     known: tuple[tuple[float, int, int], ...]  # (price so far, candidate, what of it is known), the cheapest first
     target: float  # number of the vessel that it is for
     cause: Reason
+    steps: float = 0.0  # of the ways that are worked out
 
 
 def prepare() -> None:
@@ -112,23 +121,55 @@ def begin(scene: Scene, target: float, cause: Reason, params: ForeignParams) -> 
 
 
 def go_on(search: Search, params: ForeignParams) -> Search:
-    """So much more of the decision as one tick has time for, counted in ways and vessels, not in seconds."""
+    """So much more of the decision as one tick has time for, counted in steps, ways and vessels, not in seconds."""
+    scene, known, left, kept = search.scene, search.known, WORK, search.__dict__
+    sailing, ways = _sailed(search, params), kept.get("ways")
+    if not sailing.done:
+        count = len(scene.boats) * len(search.trials)
+        steps, left = _steps(sailing, scene.edges, count, left if search.steps > 0.0 else left - SET_OUT, params)
+        sailing = sail_on(sailing, scene.edges, steps, params)
+    if sailing.done:
+        ways = stacked(sailing.way) if ways is None else ways
+        known = _priced(search, ways, left, params)
+    search = structs.replace(search, known=known, steps=len(sailing.way.t) - 1.0)
+    search.__dict__.update(sailing=sailing, ways=ways)
+    return search
+
+
+def _steps(
+    sailing: Sailing[FloatArray], edges: Sequence[Edge], count: int, left: float, params: ForeignParams
+) -> tuple[float, float]:
+    """(steps of so many ways that there is work left for, what is left after them)."""
+    more = 1.0 + count / WAYS
+    banked = more * (BANKED_STEP + EDGE * len(edges) + (CORNER if len(edges) > 1 else 0.0)) if edges else 0.0
+    fine, coarse = more * STEP + banked, more * FREE_STEP + banked
+    t = sailing.way.t[-1]
+    turns = max(min(params.fine_for_s, sailing.horizon) - t, 0.0) / params.fine_s
+    goes_on = max(sailing.horizon - max(t, params.fine_for_s), 0.0) / (COARSE_S if edges else params.coarse_s)
+    turning = min(turns, max(left // fine, 1.0))
+    left -= turning * fine
+    straight = min(goes_on, left // coarse) if turning == turns and left > 0.0 else 0.0
+    return turning + straight, left - straight * coarse
+
+
+def _priced(search: Search, ways: Ways, left: float, params: ForeignParams) -> tuple[tuple[float, int, int], ...]:
+    """What is known when the cheapest have gone on, as many as there is work left for."""
     scene, known = search.scene, search.known
     crews = _crews(scene.boats)
-    guesses = max(sum(len(d.guesses) for d in scene.domains), 1)
-    work = BANK_WORK if scene.edges else WORK
-    left = work
-    while known[0][2] < len(crews) and left > 0:
+    legs = max(sum(len(d.guesses) for d in scene.domains), 1) * len(ways.t)  # of one way
+    while known[0][2] < len(crews):
         level = known[0][2]
         crew = crews[level]
-        ways = min(max(work // guesses, LEAST_AT_ONCE), AT_ONCE)
-        some = [one for one in known if one[2] == level][: max(ways // len(crew), 1)]
-        found = _consequences(crew, scene, [search.trials[i] for _, i, _ in some], params)
-        more = [(search.trials[i].price + extra, i, level + 1) for extra, (_, i, _) in zip(found, some, strict=True)]
+        count = min((left - PRICE) / (LEG * legs), AT_ONCE) // len(crew)
+        if count < 1.0 and left < WORK:
+            break  # in the next tick; one at least in each
+        some = [one for one in known if one[2] == level][: int(max(count, 1.0))]
+        numbers = [i for _, i, _ in some]
+        found = _consequences(part(ways, crew, numbers), scene, [search.trials[i] for i in numbers], params)
+        more = [(search.trials[i].price + extra, i, level + 1) for extra, i in zip(found, numbers, strict=True)]
         known = tuple(sorted([*(one for one in known if one not in some), *more]))
-        least = work if scene.edges or len(crews) > 1 else work // 2  # little work takes its time, too
-        left -= max(len(some) * len(crew) * guesses, least)
-    return structs.replace(search, known=known)
+        left -= PRICE + LEG * legs * len(some) * len(crew)
+    return known
 
 
 def chosen(search: Search) -> Action | None:
@@ -146,18 +187,19 @@ def choose(scene: Scene, params: ForeignParams) -> Action:
     return found
 
 
-def _crews(boats: tuple[Afloat, ...]) -> tuple[tuple[Afloat, ...], ...]:
-    """Whose ways are worked out first and next: what the outermost boats pay, all of them pay at least."""
-    return (outermost(boats), boats) if len(boats) > MOST_AT_ONCE else (boats,)
+def _crews(boats: Sequence[Afloat]) -> tuple[tuple[int, ...], ...]:
+    """Whose ways are priced first and next: what the outermost boats pay, all of them pay at least."""
+    everybody = tuple(range(len(boats)))
+    return (outermost(boats), everybody) if len(boats) > MOST_AT_ONCE else (everybody,)
 
 
-def outermost(boats: Sequence[Afloat]) -> tuple[Afloat, ...]:
-    """The first boat and those farthest north, south, east and west."""
+def outermost(boats: Sequence[Afloat]) -> tuple[int, ...]:
+    """Which is the first boat, and which are farthest north, south, east and west."""
     places = {0}
     for name in ("x", "y"):
         values = [getattr(boat, name) for boat in boats]
         places |= {values.index(min(values)), values.index(max(values))}
-    return tuple(boats[i] for i in sorted(places))
+    return tuple(sorted(places))
 
 
 def _trials(scene: Scene, params: ForeignParams) -> list[Trial]:
@@ -174,16 +216,18 @@ def _trials(scene: Scene, params: ForeignParams) -> list[Trial]:
     return trials
 
 
-def _consequences(boats: Sequence[Afloat], scene: Scene, trials: Sequence[Trial], params: ForeignParams) -> list[float]:
-    """What each candidate costs by where it leads: delay, vessels, mates, banks. All of it is >= 0."""
+def _consequences(ways: Ways, scene: Scene, trials: Sequence[Trial], params: ForeignParams) -> list[float]:
+    """What each candidate costs by where it leads: delay, vessels, mates, banks. All of it is >= 0.
+
+    Args:
+        ways: of the boats that count, on these candidates
+    """
     import numpy as np
 
     domains, encounters, edges = scene.domains, scene.encounters, scene.edges
-    horizon = max((d.H for d in domains), default=params.fine_for_s)
-    ways = stacked(_ways(boats, [each.action for each in trials], edges, horizon, params))
     met = [d for d in domains if any(e.number == d.number for e in encounters)]
     price = np.array([each.detour for each in trials]) * (free_after(ways, scene.own, met, params) / params.delay_s)
-    price = price + nearness(ways, boats[0], domains, _sides(scene, params), scene.mates, params)
+    price = price + nearness(ways, scene.boats[0], domains, _sides(scene, params), scene.mates, params)
     if edges:
         hit = ashore(ways.x[:-1], ways.y[:-1], ways.x[1:], ways.y[1:], edges, params.ashore_m)
         price = price + params.aground * hit.max(axis=0).max(axis=0)
@@ -199,19 +243,27 @@ def _sides(scene: Scene, params: ForeignParams) -> dict[float, tuple[float, floa
     return sides
 
 
-def _ways(
-    boats: Sequence[Afloat], actions: Sequence[Action], edges: Sequence[Edge], horizon: float, params: ForeignParams
-) -> Way[FloatArray]:
-    """The ways of all boats on all actions, arrays (boat, action)."""
+def _sailed(search: Search, params: ForeignParams) -> Sailing[FloatArray]:
+    """The ways of all boats on all candidates, arrays (boat, candidate), as far as they are worked out."""
+    kept: Sailing[FloatArray] | None = search.__dict__.get("sailing")
+    if kept is None:
+        begun = _set_out(search.scene, search.trials, params)
+        kept = sail_on(begun, search.scene.edges, search.steps, params)
+    return kept
+
+
+def _set_out(scene: Scene, trials: Sequence[Trial], params: ForeignParams) -> Sailing[FloatArray]:
+    """The start of the ways of all boats on all candidates, arrays (boat, candidate)."""
     import numpy as np
 
-    left = np.array([[left_to_turn(boat.chi, each.cx, each.cy, each.sense) for each in actions] for boat in boats])
+    boats, actions = scene.boats, [each.action for each in trials]
     u_d = np.array([[speed(boat, each.factor) for each in actions] for boat in boats])
-    full = np.ones_like(left)
-    cx, cy = np.array([each.cx for each in actions]) * full, np.array([each.cy for each in actions]) * full
+    full = np.ones_like(u_d)
+    cx, cy, sense = (np.array([getattr(each, name) for each in actions]) * full for name in ("cx", "cy", "sense"))
     alone = [motion(boat) for boat in boats]
     m = Motion(*(np.array([[getattr(each, name)] for each in alone]) * full for name in Motion.__struct_fields__))
-    return holding(m, left, cx, cy, u_d, edges, horizon, params)
+    horizon = max((d.H for d in scene.domains), default=params.fine_for_s)
+    return set_out(m, left_to_turn(m.chi, cx, cy, sense), cx, cy, u_d, horizon)
 
 
 def speed(boat: Afloat, factor: float) -> float:

@@ -68,6 +68,14 @@ def stacked(way: Way[FloatArray]) -> Ways:
     return Ways(np.array(way.t)[:, None, None], np.stack(way.x), np.stack(way.y))
 
 
+def part(ways: Ways, boats: Sequence[int], candidates: Sequence[int]) -> Ways:
+    """Those of some boats on some candidates."""
+    import numpy as np
+
+    rows = np.array(boats)[:, None], np.array(candidates)
+    return Ways(ways.t, ways.x[:, rows[0], rows[1]], ways.y[:, rows[0], rows[1]])
+
+
 def nearness(
     ways: Ways,
     boat: Afloat,

@@ -108,14 +108,78 @@ def time_back(boat: Boat, params: ForeignParams) -> float:
     return min(abs(y1) / (max(boat.cruise, params.least_speed_mps) * sin_a), params.back_s)
 
 
-def left_to_turn(chi: float, cx: float, cy: float, sense: float) -> float:
+def left_to_turn(chi: R, cx: R, cy: R, sense: R) -> R:
     """What is left to turn from course chi to the unit vector, by the named way where there is one [rad].
 
     Up to 20 deg beyond the course wanted the boat turns back instead of round again.
     """
     s, c = ops.sincos(chi)
     left = ops.atan2(c * cy - s * cx, c * cx + s * cy)
-    return left + sense * ops.TWO_PI if left * sense < -0.35 else left
+    return ops.where(left * sense < -0.35, left + sense * ops.TWO_PI, left)
+
+
+class Sailing(Struct, Generic[R], frozen=True, gc=False):
+    """A way on an alteration, worked out so far."""
+
+    m: Motion[R]
+    left: R  # to turn [rad]
+    cx: R  # course to hold, unit vector
+    cy: R
+    u_d: R
+    horizon: float
+    U: R  # at the last vertex [m/s]
+    r: R
+    turned: R  # since the start [rad]
+    way: Way[R]
+
+    @property
+    def done(self) -> bool:
+        """Up to the horizon."""
+        return not self.way.t[-1] < self.horizon
+
+
+def set_out(m: Motion[R], left: R, cx: R, cy: R, u_d: R, horizon: float) -> Sailing[R]:
+    """The start of the way of a boat that turns by `left` [rad] to the course (cx, cy) and holds it at speed u_d."""
+    return Sailing(m, left, cx, cy, u_d, horizon, m.U, m.r, ops.zero(left), Way([0.0], [m.x], [m.y]))
+
+
+def sail_on(one: Sailing[R], edges: Sequence[Edge], steps: float, params: ForeignParams) -> Sailing[R]:
+    """At most so many more steps of the way.
+
+    Steps of 0.5 s with the real lags for 10 s, then 4 s straight on; along the banks where the course leads to one.
+    """
+    m, left, cx, cy, u_d, horizon = one.m, one.left, one.cx, one.cy, one.u_d, one.horizon
+    U, r, turned = one.U, one.r, one.turned
+    way = Way(list(one.way.t), list(one.way.x), list(one.way.y))
+    t, x, y = way.t[-1], way.x[-1], way.y[-1]
+    last, dt = len(way.t) + steps, params.fine_s
+    stir, push = dt / m.yaw_lag, 1.0 / m.surge_lag
+    while t < min(params.fine_for_s, horizon) and len(way.t) < last:
+        off, u_now = left - turned, u_d
+        if edges:
+            bent = bend(x, y, cx, cy, U, m.r_max, edges, params)
+            if ops.some(bent.bent > 0.5):
+                s, c = ops.sincos(m.chi + turned)
+                aside = ops.atan2(c * bent.cy - s * bent.cx, c * bent.cx + s * bent.cy)
+                off, u_now = ops.where(bent.bent > 0.5, aside, off), u_now * bent.free
+        r = r + stir * (ops.clip(params.k1 * off, -m.r_max, m.r_max) - r)
+        U = U + dt * ops.clip((u_now - U) * push, -m.a_max, m.a_max)
+        s, c = ops.sincos(m.chi + (turned + 0.5 * dt * r))
+        x, y, turned = x + dt * U * c, y + dt * U * s, turned + dt * r
+        t += dt
+        _append(way, t, x, y)
+    coarse = COARSE_S if edges else params.coarse_s  # in longer steps it could get ashore before it turns
+    while t < horizon and len(way.t) < last:
+        dt = min(coarse, horizon - t)
+        vx, vy = U * cx, U * cy
+        if edges:
+            bent = bend(x, y, cx, cy, U, m.r_max, edges, params)
+            u_now = U * bent.free
+            vx, vy = u_now * bent.cx, u_now * bent.cy
+        x, y = x + dt * vx, y + dt * vy
+        t += dt
+        _append(way, t, x, y)
+    return Sailing(m, left, cx, cy, u_d, horizon, U, r, turned, way)
 
 
 def holding(
@@ -128,39 +192,8 @@ def holding(
     horizon: float,
     params: ForeignParams,
 ) -> Way[R]:
-    """The way of a boat that turns by `left` [rad] to the course (cx, cy) and holds it at speed u_d.
-
-    Steps of 0.5 s with the real lags for 10 s, then 4 s straight on; along the banks where the course leads to one.
-    """
-    x, y, U, r, turned = m.x, m.y, m.U, m.r, ops.zero(left)
-    way = Way([0.0], [x], [y])
-    t, dt = 0.0, params.fine_s
-    stir, push = dt / m.yaw_lag, 1.0 / m.surge_lag
-    while t < min(params.fine_for_s, horizon):
-        off, u_now = left - turned, u_d
-        if edges:
-            bent = bend(x, y, cx, cy, U, m.r_max, edges, params)
-            s, c = ops.sincos(m.chi + turned)
-            aside = ops.atan2(c * bent.cy - s * bent.cx, c * bent.cx + s * bent.cy)
-            off, u_now = ops.where(bent.bent > 0.5, aside, off), u_now * bent.free
-        r = r + stir * (ops.clip(params.k1 * off, -m.r_max, m.r_max) - r)
-        U = U + dt * ops.clip((u_now - U) * push, -m.a_max, m.a_max)
-        s, c = ops.sincos(m.chi + (turned + 0.5 * dt * r))
-        x, y, turned = x + dt * U * c, y + dt * U * s, turned + dt * r
-        t += dt
-        _append(way, t, x, y)
-    coarse = COARSE_S if edges else params.coarse_s  # in longer steps it could get ashore before it turns
-    while t < horizon:
-        dt = min(coarse, horizon - t)
-        vx, vy = U * cx, U * cy
-        if edges:
-            bent = bend(x, y, cx, cy, U, m.r_max, edges, params)
-            u_now = U * bent.free
-            vx, vy = u_now * bent.cx, u_now * bent.cy
-        x, y = x + dt * vx, y + dt * vy
-        t += dt
-        _append(way, t, x, y)
-    return way
+    """The way of a boat that turns by `left` [rad] to the course (cx, cy) and holds it at speed u_d."""
+    return sail_on(set_out(m, left, cx, cy, u_d, horizon), edges, NEVER_S, params).way
 
 
 def _append(way: Way[R], t: float, x: R, y: R) -> None:

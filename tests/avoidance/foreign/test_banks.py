@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fleet.avoidance.foreign.banks import ashore, bend, within
+from fleet.avoidance.foreign.domain import gap
 from fleet.avoidance.foreign.rollout import holding, motion
 
 from .scenes import P, boat
@@ -55,6 +56,15 @@ def test_a_leg_over_an_edge_or_near_its_end_is_ashore() -> None:
     assert ashore(0.0, 10.0, 0.0, 13.9, (BANK,), 1.0) == 0.0
     assert ashore(500.5, 0.0, 500.5, 30.0, (BANK,), 1.0) == 1.0
     assert ashore(501.5, 0.0, 501.5, 30.0, (BANK,), 1.0) == 0.0
+
+
+@given(st.lists(st.tuples(*[st.floats(-520.0, 520.0).map(lambda m: round(m, 3))] * 4), min_size=1, max_size=20))
+def test_legs_that_are_not_measured_are_not_ashore(legs: list[tuple[float, float, float, float]]) -> None:
+    x0, y0, x1, y1 = np.array(legs).T
+    d, _ = gap(x0 + 500.0, y0 - 15.0, x1 + 500.0, y1 - 15.0, 0.0, 1000.0)
+    expected = (d < 4.0).astype(float).tolist()
+    assert ashore(x0, y0, x1, y1, (BANK,), 4.0).tolist() == expected
+    assert [ashore(*leg, (BANK,), 4.0) for leg in legs] == expected
 
 
 def test_edges_far_off_or_without_length_are_left_out() -> None:

@@ -6,15 +6,17 @@ import math
 from collections.abc import Sequence
 
 import pytest
-from msgspec import structs
+from msgspec import msgpack, structs
 
-from fleet.avoidance.foreign import FOLLOW_PATH, Action, Boat, Edge, Encounter, Kind, Reason, nearness
+from fleet.avoidance.foreign import FOLLOW_PATH, NEVER_S, Action, Boat, Edge, Encounter, Kind, Reason, nearness
 from fleet.avoidance.foreign import decision as decisions
-from fleet.avoidance.foreign.decision import Scene, begin, candidates, choose, go_on, outermost
+from fleet.avoidance.foreign.decision import Scene, Search, begin, candidates, choose, go_on, outermost
 from fleet.avoidance.foreign.domain import domain, gap
 from fleet.avoidance.foreign.encounter import bearing, look
+from fleet.avoidance.foreign.nearness import part, stacked
 from fleet.avoidance.foreign.rollout import entry as entry_of
-from fleet.avoidance.foreign.rollout import following
+from fleet.avoidance.foreign.rollout import following, sail_on
+from fleet.avoidance.foreign.types import Afloat
 from fleet.sensing import Target
 
 from .scenes import P, boat, meeting, target
@@ -47,6 +49,13 @@ def chosen(
 ) -> Action:
     """The alteration for these vessels."""
     return choose(scene(targets, boats, held, edges, acting), P)
+
+
+def priced(crew: Sequence[int], whole: Scene) -> list[float]:
+    """What every candidate costs these boats by where it leads."""
+    trials = begin(whole, 1.0, Reason.GIVE_WAY, P).trials
+    ways = stacked(sail_on(decisions._set_out(whole, trials, P), whole.edges, NEVER_S, P).way)
+    return decisions._consequences(part(ways, crew, range(len(trials))), whole, trials, P)
 
 
 def test_nothing_smaller_than_30_degrees_or_half_the_speed_is_tried() -> None:
@@ -107,22 +116,20 @@ def test_leaving_dear_candidates_out_changes_nothing(
 ) -> None:
     boats = tuple(boat(x=12.0 * k, y=3.0 * k) for k in range(count))
     few = chosen(targets, boats)
-    for name in ("AT_ONCE", "LEAST_AT_ONCE"):
-        monkeypatch.setattr(decisions, name, 1)
+    monkeypatch.setattr(decisions, "AT_ONCE", 1)
     one_by_one = chosen(targets, boats)
     all_at_once = scene(targets, boats)
     trials = begin(all_at_once, 1.0, Reason.GIVE_WAY, P).trials
-    prices = decisions._consequences(boats, all_at_once, trials, P)
+    prices = priced(range(count), all_at_once)
     _, best = min((each.price + extra, i) for i, (each, extra) in enumerate(zip(trials, prices, strict=True)))
     assert few == one_by_one == trials[best].action
 
 
 def test_what_the_outermost_boats_pay_all_of_them_pay_at_least() -> None:
     boats = tuple(boat(x=12.0 * k, y=3.0 * k) for k in range(5))
-    assert outermost(boats) == (boats[0], boats[4])
+    assert outermost(boats) == (0, 4)
     whole = scene(SCENES[4][0], boats)
-    trials = begin(whole, 1.0, Reason.GIVE_WAY, P).trials
-    few, all_of_them = (decisions._consequences(crew, whole, trials, P) for crew in (outermost(boats), boats))
+    few, all_of_them = (priced(crew, whole) for crew in (outermost(boats), range(5)))
     assert all(a <= b for a, b in zip(few, all_of_them, strict=True))
 
 
@@ -130,24 +137,58 @@ def test_legs_left_out_as_far_off_change_no_price(monkeypatch: pytest.MonkeyPatc
     for targets, count in SCENES:
         boats = tuple(boat(x=12.0 * k, y=3.0 * k) for k in range(count))
         whole = scene(targets, boats)
-        trials = begin(whole, 1.0, Reason.GIVE_WAY, P).trials
-        without = decisions._consequences(boats, whole, trials, P)
+        without = priced(range(count), whole)
         with monkeypatch.context() as patch:
             patch.setattr(nearness, "_gaps", lambda x0, y0, x1, y1, low, high, far: gap(x0, y0, x1, y1, low, high))
-            assert decisions._consequences(boats, whole, trials, P) == without
+            assert priced(range(count), whole) == without
 
 
-def test_a_large_decision_goes_on_for_some_ticks_and_no_tick_does_more_than_its_share() -> None:
-    targets = [meeting(60.0 * k - 170.0, 2.0 + k, 25.0 + k, number=float(k)) for k in range(5)]
-    search = begin(scene(targets, [boat(x=12.0 * k) for k in range(10)]), 1.0, Reason.GIVE_WAY, P)
-    ticks = 0
+FIVE = [meeting(60.0 * k - 170.0, 2.0 + k, 25.0 + k, number=float(k)) for k in range(5)]
+BANKS = ((-500.0, 15.0, 500.0, 15.0), (-500.0, -20.0, 500.0, -20.0))
+COLUMN = [boat(x=12.0 * k) for k in range(10)]
+
+
+@pytest.mark.parametrize("edges", [(), BANKS[:1], BANKS])
+def test_a_large_decision_goes_on_for_some_ticks_and_no_tick_does_more_than_its_share(edges: tuple[Edge, ...]) -> None:
+    search = begin(scene(FIVE, COLUMN, edges=edges), 1.0, Reason.GIVE_WAY, P)
+    count, ticks, moves = 10 * len(search.trials), 0, []
     while decisions.chosen(search) is None:
         before, search = search, go_on(search, P)
         new = set(search.known) - set(before.known)
-        ways = sum(10 if level == 2 else 2 for _, _, level in new)
-        assert 0 < ways * 5 < 2 * decisions.WORK
+        legs = sum(10 if level == 2 else 2 for _, _, level in new) * search.steps * 5
+        steps = search.steps - before.steps
+        assert steps or new  # it goes on
+        step = (1.0 + count / decisions.WAYS) * (decisions.BANKED_STEP if edges else decisions.FREE_STEP)
+        assert steps * step + decisions.LEG * legs < decisions.WORK
+        moves.append(steps)
         ticks += 1
-    assert 3 <= ticks <= 30
+    assert 3 <= ticks <= (30 if not edges else 45)
+    assert sum(moves) == search.steps
+
+
+@pytest.mark.parametrize("edges", [(), BANKS])
+def test_how_the_work_is_spread_over_ticks_changes_neither_price_nor_choice(
+    edges: tuple[Edge, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = scene(FIVE[:3], COLUMN[:3], edges=edges)
+    found = []
+    for work in (25.0, decisions.WORK, 1e6):
+        monkeypatch.setattr(decisions, "WORK", work)
+        found.append(choose(whole, P))
+    assert found[0] == found[1] == found[2]
+
+
+def test_a_decision_that_was_recorded_and_read_goes_on_as_if_it_had_not_been() -> None:
+    """The ways are not in what is recorded: they are worked out anew, with the same bits."""
+    afloat = tuple(Afloat(*(getattr(each, name) for name in Afloat.__struct_fields__)) for each in COLUMN)
+    whole = structs.replace(scene(FIVE, COLUMN, edges=BANKS[:1]), boats=afloat)
+    search = begin(whole, 1.0, Reason.GIVE_WAY, P)
+    for _ in range(12):
+        written = msgpack.encode(search)
+        assert len(written) < 20_000
+        search, read = go_on(search, P), go_on(msgpack.decode(written, type=Search), P)
+        assert msgpack.encode(read) == msgpack.encode(search)
+    assert any(level > 0 for _, _, level in search.known)
 
 
 def test_every_boat_of_a_formation_counts() -> None:
