@@ -14,6 +14,7 @@ from fleet.guidance.limits import Limits
 from fleet.ops import R
 
 _MOST_TURN_RAD = 0.6
+_ROUNDING_M = 1.0e-3
 
 
 class Brake(Struct, Generic[R], frozen=True, gc=False):
@@ -71,8 +72,17 @@ def _comes_too_near(keep: R, dx: R, dy: R, own: tuple[R, R, R], peer: tuple[R, R
     (ax, ay, turn), (bx, by, its_turn) = own, peer
     stay, advance = _segments(dx, dy, ax, ay, bx, by, samples)
     nearer = (advance < keep) & (advance < stay - gain)
-    stay, advance = _segments(dx, dy, *_turned(ax, ay, turn), *_turned(bx, by, its_turn), samples)
-    return ops.flag(nearer | ((advance < keep) & (advance < stay - gain)), dx)
+    # turned by half of that, no point of a segment moves farther than this: most pairs need no second look
+    moved = 0.5 * (ops.hypot(ax, ay) * abs(turn) + ops.hypot(bx, by) * abs(its_turn))
+    open_yet = ops.no(nearer) & (moved > 0.0) & (advance < keep + moved + _ROUNDING_M)
+    turns = ops.when(open_yet, _turning_too_near, ops.zero(dx), keep, dx, dy, own, peer, gain, samples) == 1.0
+    return ops.flag(nearer | turns, dx)
+
+
+def _turning_too_near(keep: R, dx: R, dy: R, own: tuple[R, R, R], peer: tuple[R, R, R], gain: float, samples: int) -> R:
+    """The same along the turns alone."""
+    stay, advance = _segments(dx, dy, *_turned(*own), *_turned(*peer), samples)
+    return ops.flag((advance < keep) & (advance < stay - gain), dx)
 
 
 def _turned(x: R, y: R, by: R) -> tuple[R, R]:

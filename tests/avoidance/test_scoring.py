@@ -5,9 +5,13 @@ from __future__ import annotations
 import math
 
 import msgspec
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from fleet.avoidance import METHODS
+from fleet.avoidance import brake as brakes
 from fleet.avoidance.brake import brake
 from fleet.avoidance.cost import legs, returned, threat
 from fleet.avoidance.pair import Judged, Pair, bound_alike, fresh_pair, judge, view
@@ -280,6 +284,17 @@ def test_boats_that_turn_towards_each_other_brake_before_their_courses_meet() ->
     assert straight.braking == 0.0
     assert brake(to_starboard[0], [to_starboard[1]], LIMITS, PARAMS).braking == 1.0
     assert brake(away[0], [away[1]], LIMITS, PARAMS).braking == 0.0
+
+
+@given(st.lists(st.tuples(*[st.floats(-3.0, 3.0)] * 8, st.floats(2.0, 8.0)), min_size=1, max_size=20))
+def test_a_second_look_that_the_brake_leaves_out_would_have_found_nothing(pairs: list[tuple[float, ...]]) -> None:
+    dx, dy, ax, ay, turn, bx, by, its_turn, keep = np.array(pairs).T
+    found = brakes._comes_too_near(keep, 2.0 * dx, 2.0 * dy, (ax, ay, turn), (bx, by, its_turn), 0.02, 7)
+    for k in range(len(pairs)):
+        x, y, ax, ay, turn, bx, by, its_turn, keep = pairs[k]
+        looks = ((ax, ay, bx, by), (*brakes._turned(ax, ay, turn), *brakes._turned(bx, by, its_turn)))
+        both = [brakes._segments(2.0 * x, 2.0 * y, *ends, 7) for ends in looks]
+        assert found[k] == any(advance < keep and advance < stay - 0.02 for stay, advance in both)
 
 
 def test_radii_scale_with_the_safety_radius() -> None:
