@@ -87,6 +87,48 @@ def threat(own: Own[R], peer: Peer[R], seen: View[R], judged: Judged[R], params:
     )
 
 
+class Beside(Struct, Generic[R], frozen=True, gc=False):
+    """A vehicle so near that turning through its bearing has a price."""
+
+    dx: R  # from own, north [m]
+    dy: R
+    price: R
+
+
+def swept(
+    speed: R, threats: tuple[Threat[R], ...], yaw_rate_max_radps: float, params: ScoringParams
+) -> tuple[Beside[R], ...]:
+    """The vehicles that lie within the hard radius of our turning circle's breadth, 2 u / r_max.
+
+    A velocity is not had at once: who turns through the bearing of another sails towards it meanwhile.
+    """
+    breadth = speed * (2.0 / yaw_rate_max_radps)
+    found = []
+    for each in threats:
+        reach = each.hard_radius + breadth
+        near = each.dx * each.dx + each.dy * each.dy < reach * reach
+        if ops.some(near):
+            d = ops.sqrt(each.dx * each.dx + each.dy * each.dy)
+            weight = ops.flag(each.soft > 0.0, d)
+            price = ops.where(near, params.sweep * weight * (1.0 - d / reach), 0.0)
+            found.append(Beside(each.dx, each.dy, price))
+    return tuple(found)
+
+
+def sweep_price(ex: R, ey: R, cx: R, cy: R, beside: tuple[Beside[R], ...]) -> R:
+    """The most that turning from course e to course c, the short way, costs by what lies between."""
+    turn = ex * cy - ey * cx
+    most = ops.zero(turn)
+    for each in beside:
+        from_own = ex * each.dy - ey * each.dx
+        to_new = each.dx * cy - each.dy * cx
+        between = ((turn > 0.0) & (from_own > 0.0) & (to_new > 0.0)) | (
+            (turn < 0.0) & (from_own < 0.0) & (to_new < 0.0)
+        )
+        most = ops.maximum(most, ops.where(between, each.price, 0.0))
+    return most
+
+
 def widened(threat: Threat[R], extra: R, params: ScoringParams) -> Threat[R]:
     """The same threat with a radius larger by `extra` [m]."""
     radius = threat.radius + extra

@@ -53,15 +53,15 @@ class ScoringParams(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     together_s: Positive = 12.0
 
     # two boats that hold each other off their paths, side by side
-    escort_speed_mps: Positive = 0.5  # relative speed below which they escort each other
+    escort_speed_mps: Positive = 0.25  # relative speed below which they escort each other
     escort_ahead_rad: Positive = 0.35  # a peer nearer to the bow than this is no escort
     escort_astern_rad: Positive = 2.9
     held_off_rad: Positive = 0.17  # course this far off the wanted one: held off
     escort_companion_s: Positive = 20.0
     escort_other_s: Positive = 45.0
     yield_s: Positive = 10.0
-    yield_companion_share: Share = 0.25  # of the wanted speed, at most
-    yield_other_factor: Share = 0.5  # only factors up to this one are candidates
+    yield_companion_factor: Share = 0.25  # to a companion: going faster than this has a price, `hurry`
+    yield_other_factor: Share = 0.5  # to another: only factors up to this one are candidates
 
     # candidates: courses about the wanted one, speed factors
     course_port_deg: Positive = 120.0
@@ -77,6 +77,8 @@ class ScoringParams(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     turn_per_rad2: NotNegative = 0.24
     port_per_rad: NotNegative = 0.15
     slow: NotNegative = 2.7
+    sweep: NotNegative = 12.0  # of turning through the bearing of a vehicle as near as the turning circle is broad
+    hurry: NotNegative = 6.0  # of going on while it is time to yield to a companion
     back: NotNegative = 1.5  # of going straight back along the path at the speed wanted
     turn_beside_per_rad2: NotNegative = 0.4052847345693511  # 4 / pi^2, while a boat near is bound the same way
     slow_beside: NotNegative = 1.8

@@ -14,10 +14,10 @@ from msgspec import Struct, structs
 
 from fleet import ops
 from fleet.avoidance.brake import brake
-from fleet.avoidance.cost import Meeting, Threat, legs, meet_on_legs, returned, threat, total, widened
+from fleet.avoidance.cost import Meeting, Threat, legs, meet_on_legs, returned, swept, threat, total, widened
 from fleet.avoidance.pair import Pair, bound_alike, fresh_pair, judge, masked, quiet, view
 from fleet.avoidance.params import ScoringParams, beside
-from fleet.avoidance.search import Choice, search, speed_of
+from fleet.avoidance.search import Choice, Stance, search, speed_of
 from fleet.avoidance.types import Advice, Own, Peer
 from fleet.guidance.limits import Limits
 from fleet.ops import R
@@ -117,21 +117,25 @@ def _decide(
 
     price, target, side = _plan(own, cruise, look, memory.avoiding, params)
     yielding = ops.flag(yield_other > 0.0, price)
+    waiting = ops.flag(yield_companion > 0.0, price)
     follow = Choice(own.gx, own.gy, ops.full(own.x, 1.0), ops.zero(own.x))
     turned = ops.atan2(memory.cx * own.gy - memory.cy * own.gx, memory.cx * own.gx + memory.cy * own.gy)
 
-    def searched(own: Own[R], threats: tuple[Threat[R], ...], turned: R, avoiding: R, yielding: R) -> Choice[R]:
-        return search(own, threats, turned, avoiding, yielding, u_min, params)
+    def searched(own: Own[R], threats: tuple[Threat[R], ...], stance: Stance[R]) -> Choice[R]:
+        return search(own, threats, stance, u_min, params)
 
-    def searched_beside(own: Own[R], threats: tuple[Threat[R], ...], turned: R, avoiding: R, yielding: R) -> Choice[R]:
-        return search(own, threats, turned, avoiding, yielding, u_min, beside(params))
+    def searched_beside(own: Own[R], threats: tuple[Threat[R], ...], stance: Stance[R]) -> Choice[R]:
+        return search(own, threats, stance, u_min, beside(params))
 
-    blocked = (price >= params.free) | (yielding == 1.0)
-    given = (own, look.threats, turned, memory.avoiding, yielding)
+    yields = (yielding == 1.0) | (waiting == 1.0)
+    blocked = (price >= params.free) | yields
+    sin_chi, cos_chi = ops.sincos(own.chi)
+    near = swept(ops.hypot(own.vx, own.vy), look.threats, limits.yaw_rate_max_radps, params)
+    stance = Stance(turned, memory.avoiding, yielding, waiting, cos_chi, sin_chi, near)
+    given = (own, look.threats, stance)
     choice = ops.when(blocked & (look.beside == 0.0), searched, follow, *given)
     choice = ops.when(blocked & (look.beside == 1.0), searched_beside, choice, *given)
 
-    yields = (yield_companion > 0.0) | (yielding == 1.0)
     avoiding = ops.flag((choice.steers == 1.0) | (choice.factor < 1.0) | yields, price)
     waits_for = ops.where(look.target >= 0.0, look.target, memory.target)
     target = ops.where(target < 0.0, ops.where(yields, waits_for, -1.0), target)
@@ -219,9 +223,7 @@ def _advice(
     """The decision as a command of this tick: r_d = -k1 wrap(chi - theta), u_d as decided, 0 while braking."""
     avoiding, steers = memory.avoiding == 1.0, memory.steers == 1.0
     wanted = speed_of(own.u_d, memory.factor, limits.speed_min_mps, params)
-    yields = memory.yield_companion > 0.0
-    slow = ops.minimum(wanted, params.yield_companion_share * own.u_d)
-    u_d = ops.where(avoiding, ops.where(yields, slow, wanted), own.u_d)
+    u_d = ops.where(avoiding, wanted, own.u_d)
 
     def turn(chi: R, cx: R, cy: R) -> R:
         sin_chi, cos_chi = ops.sincos(chi)

@@ -8,7 +8,7 @@ from typing import Generic, NamedTuple
 from msgspec import Struct
 
 from fleet import ops
-from fleet.avoidance.cost import Threat, legs, price_on_legs, price_straight
+from fleet.avoidance.cost import Beside, Threat, legs, price_on_legs, price_straight, sweep_price
 from fleet.avoidance.params import ScoringParams
 from fleet.avoidance.types import Own
 from fleet.ops import R
@@ -23,6 +23,18 @@ class Choice(Struct, Generic[R], frozen=True, gc=False):
     cy: R
     factor: R  # of the wanted speed
     steers: R  # 1 the course is off the wanted one
+
+
+class Stance(Struct, Generic[R], frozen=True, gc=False):
+    """What the boat is at when it decides: part of the price of a candidate."""
+
+    turned: R  # wanted course minus the course decided last, in [-pi, pi] [rad]
+    avoiding: R  # 1 the last decision left the plan: changing the mind then has a price
+    yielding: R  # 1 only candidates of half speed and less
+    waiting: R  # 1 it is time to yield to a companion: going faster than a quarter of the speed wanted has a price
+    ex: R  # unit vector of the own course
+    ey: R
+    beside: tuple[Beside[R], ...]  # vehicles through whose bearings turning has a price
 
 
 class Candidate(NamedTuple):
@@ -61,27 +73,24 @@ def back_of(own: Own[R], cx: R, cy: R, params: ScoringParams) -> R:
     return params.back * ops.maximum(-(cx * own.tx + cy * own.ty), 0.0)
 
 
+def change_of(stance: Stance[R], a: R | float, cx: R, cy: R, params: ScoringParams) -> R:
+    """Price of changing the mind to course (cx, cy), a off the wanted one, and of what lies in the way of the turn."""
+    change = stance.avoiding * (params.change_per_rad * abs(ops.wrap(stance.turned + a)))
+    return change + sweep_price(stance.ex, stance.ey, cx, cy, stance.beside)
+
+
 def search(
-    own: Own[R],
-    threats: tuple[Threat[R], ...],
-    turned: R,
-    avoiding: R,
-    yielding: R,
-    u_min: float,
-    params: ScoringParams,
+    own: Own[R], threats: tuple[Threat[R], ...], stance: Stance[R], u_min: float, params: ScoringParams
 ) -> Choice[R]:
     """The candidate of least price; of equals the one that leaves the plan least.
 
     Args:
-        turned: wanted course minus the course decided last, in [-pi, pi] [rad]
-        avoiding: 1 the last decision left the plan: changing the mind then has a price
-        yielding: 1 only candidates of half speed and less
         u_min: slowest speed under way [m/s]
     """
     if type(own.x) is not float:
         from fleet.avoidance import search_lanes
 
-        return search_lanes.search(own, threats, turned, avoiding, yielding, u_min, params)
+        return search_lanes.search(own, threats, stance, u_min, params)
     least = ops.full(own.x, _NONE_YET)
     best = Choice(own.gx, own.gy, ops.full(own.x, 1.0), ops.zero(own.x))
     courses: dict[int, tuple[R, R, R, R]] = {}
@@ -94,12 +103,14 @@ def search(
             courses[each.place] = (
                 cx,
                 cy,
-                avoiding * (params.change_per_rad * abs(ops.wrap(turned + each.a))),
+                change_of(stance, each.a, cx, cy, params),
                 back_of(own, cx, cy, params),
             )
         cx, cy, change, back = courses[each.place]
         own_price = each.price + change + each.factor * back
-        held_back = (yielding == 1.0) & (each.factor > params.yield_other_factor)
+        if each.factor > params.yield_companion_factor:
+            own_price = own_price + params.hurry * stance.waiting
+        held_back = (stance.yielding == 1.0) & (each.factor > params.yield_other_factor)
         if ops.every((least <= own_price) | held_back):
             continue
         if each.factor not in speeds:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fleet import ops
 from fleet.avoidance.cost import Threat, legs, price_on_legs, price_straight
 from fleet.avoidance.params import ScoringParams
-from fleet.avoidance.search import Choice, back_of, candidates, speed_of
+from fleet.avoidance.search import Choice, Stance, back_of, candidates, change_of, speed_of
 from fleet.avoidance.types import Own
 from fleet.ops import FloatArray
 
@@ -57,29 +57,21 @@ class _Lanes(Struct, frozen=True):
 
     own: Own[FloatArray]
     threats: tuple[Threat[FloatArray], ...]
-    turned: FloatArray
-    avoiding: FloatArray
-    yielding: FloatArray
+    stance: Stance[FloatArray]
     least: FloatArray
     best: NDArray[np.intp]
     number: NDArray[np.intp]
 
 
 def search(
-    own: Own[Any],
-    threats: tuple[Threat[Any], ...],
-    turned: Any,
-    avoiding: Any,
-    yielding: Any,
-    u_min: float,
-    params: ScoringParams,
+    own: Own[Any], threats: tuple[Threat[Any], ...], stance: Stance[Any], u_min: float, params: ScoringParams
 ) -> Choice[Any]:
     """As `fleet.avoidance.search.search`."""
     table = _table(params)
     count = len(own.x)
     least, best = np.full(count, _NONE_YET), np.full(count, -1)
     numbers = np.arange(count)
-    lanes = _Lanes(own, threats, turned, avoiding, yielding, least, best, numbers)
+    lanes = _Lanes(own, threats, stance, least, best, numbers)
     first = 0
     while first < len(table.prices):
         unsettled = lanes.least > table.prices[first]
@@ -110,23 +102,31 @@ def _prices(lanes: _Lanes, table: _Table, first: int, last: int, u_min: float, p
         cos_a, sin_a, factor = table.cos_a[rows], table.sin_a[rows], table.factor[rows]
         u = speed_of(own.u_d, factor, u_min, params)
         cx, cy = own.gx * cos_a - own.gy * sin_a, own.gx * sin_a + own.gy * cos_a
-        own_price = table.price[rows] + _change(lanes, table.a[rows], params) + factor * back_of(own, cx, cy, params)
+        own_price = (
+            table.price[rows]
+            + change_of(lanes.stance, table.a[rows], cx, cy, params)
+            + factor * back_of(own, cx, cy, params)
+        )
+        own_price = _hurry(lanes, own_price, factor, params)
         price[rows - first] = price_straight(own_price, u * cx, u * cy, threats, least, params)
     for row in np.flatnonzero(~table.straight[first:last]) + first:
         u = speed_of(own.u_d, float(table.factor[row, 0]), u_min, params)
-        own_price = table.prices[row] + _change(lanes, float(table.a[row, 0]), params)
+        own_price = table.prices[row] + change_of(lanes.stance, float(table.a[row, 0]), own.gx, own.gy, params)
         own_price = own_price + float(table.factor[row, 0]) * back_of(own, own.gx, own.gy, params)
+        own_price = _hurry(lanes, own_price, table.factor[row], params)
         price[row - first] = price_on_legs(own_price, legs(own, u), threats, least, params)
-    if (lanes.yielding == 1.0).any():
-        held_back = (lanes.yielding == 1.0) & (table.factor[first:last] > params.yield_other_factor)
+    if (lanes.stance.yielding == 1.0).any():
+        held_back = (lanes.stance.yielding == 1.0) & (table.factor[first:last] > params.yield_other_factor)
         np.copyto(price, _NEVER, where=held_back)
     return price
 
 
-def _change(lanes: _Lanes, a: Any, params: ScoringParams) -> FloatArray:
-    """The price of changing the mind."""
-    change: FloatArray = lanes.avoiding * (params.change_per_rad * abs(ops.wrap(lanes.turned + a)))
-    return change
+def _hurry(lanes: _Lanes, own_price: FloatArray, factor: FloatArray, params: ScoringParams) -> FloatArray:
+    """The price with that of going on while it is time to yield to a companion."""
+    dearer: FloatArray = np.where(
+        factor > params.yield_companion_factor, own_price + params.hurry * lanes.stance.waiting, own_price
+    )
+    return dearer
 
 
 def _choice(own: Own[FloatArray], best: NDArray[np.intp], table: _Table) -> Choice[FloatArray]:

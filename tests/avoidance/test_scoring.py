@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from fleet.avoidance import METHODS
 from fleet.avoidance import brake as brakes
 from fleet.avoidance.brake import brake
-from fleet.avoidance.cost import legs, returned, threat
+from fleet.avoidance.cost import Beside, legs, returned, sweep_price, swept, threat
 from fleet.avoidance.pair import Judged, Pair, bound_alike, fresh_pair, judge, view
 from fleet.avoidance.params import ScoringParams, beside, for_radius
 from fleet.avoidance.scoring import ScoringMemory, align, keep_clear, start_memory
@@ -153,6 +153,21 @@ def test_yielding_to_a_companion_is_a_quarter_of_the_speed() -> None:
     memory, advice = keep_clear(own, [peer], memory, LIMITS, PARAMS, 0.1)
     assert memory.yield_companion == 10.0
     assert (advice.avoiding, advice.u_d, advice.target) == (1.0, 0.25, 1.0)
+
+
+def test_a_boat_does_not_yield_into_the_way_of_one_close_astern() -> None:
+    memory = start_memory(0.0, 2)
+    memory = msgspec.structs.replace(memory, pairs=(Pair(0.0, 0.0, 0.0, 1.0, 20.0), fresh_pair(0.0)))
+    own, companion = own_at(gamma=0.4, y_e=-3.0), peer_at(1.0, 0.0, 8.0, 0.0, gamma=-0.4)
+    astern = peer_at(2.0, -8.0, 0.0, 0.0)  # as fast as we are, and no faster: it meets us only if we slow down
+    memory, advice = keep_clear(own, [companion, astern], memory, LIMITS, PARAMS, 0.1)
+    assert memory.yield_companion == 10.0
+    assert advice.u_d == 1.0
+
+
+def test_who_passes_another_at_a_third_of_a_metre_a_second_does_not_escort_it() -> None:
+    own, slower = own_at(gamma=0.4, y_e=-3.0), peer_at(1.0, 0.0, 8.0, 0.0, 0.7, gamma=-0.4)
+    assert judged(own, slower, Pair(0.0, 0.0, 0.0, 1.0, 10.0)).pair.escort == 8.0
 
 
 def test_yielding_to_another_leaves_only_half_speed_and_less() -> None:
@@ -340,3 +355,36 @@ def test_boats_that_turn_together_still_keep_out_of_each_other() -> None:
     """It comes back faster than we do, from 8 m abeam: 1 m/s across, so it would be here in 8 s."""
     mate = peer_at(2.0, 0.0, -8.0, math.pi / 4, math.sqrt(2.0), gamma=math.pi / 4, chi_p=0.0, u_d=math.sqrt(2.0))
     assert decide(own_at(), msgspec.structs.replace(mate, together=1.0))[1].avoiding == 1.0
+
+
+def near(dx: float, dy: float) -> tuple[Beside[float], ...]:
+    """Those that sweeping counts of one vehicle there, at 1 m/s: 2 u / r_max is 2 / 0.35 = 5.7 m, R_h 3.5 m."""
+    peer = peer_at(1.0, dx, dy, 0.0, 0.0, u_d=0.0)
+    own = own_at()
+    seen = view(own, peer, PARAMS)
+    one = threat(own, peer, seen, judged(own, peer), PARAMS)
+    return swept(1.0, (one,), LIMITS.yaw_rate_max_radps, PARAMS)
+
+
+def test_turning_through_the_bearing_of_a_vehicle_within_the_turning_circles_breadth_has_a_price() -> None:
+    reach = 3.5 + 2.0 / LIMITS.yaw_rate_max_radps
+    beside = near(0.6 * reach * math.cos(0.5), 0.6 * reach * math.sin(0.5))  # 0.5 rad on the starboard bow
+    price = 12.0 * 0.4
+    assert sweep_price(1.0, 0.0, math.cos(1.0), math.sin(1.0), beside) == pytest.approx(price)
+    assert sweep_price(1.0, 0.0, math.cos(0.4), math.sin(0.4), beside) == 0.0  # stops short of it
+    assert sweep_price(1.0, 0.0, math.cos(1.0), -math.sin(1.0), beside) == 0.0  # the other way round
+    assert near(1.01 * reach, 0.0) == ()
+
+
+def test_a_boat_beside_another_goes_on_with_its_turn_instead_of_turning_back_through_it() -> None:
+    # heading 70 deg, a boat that lies still 7 m ahead of the path to port of the bow; the path leads north
+    own = own_at(chi=math.radians(70.0), gamma=math.radians(-20.0), y_e=3.0)
+    still = peer_at(1.0, 7.0, 3.0, 0.0, 0.0, u_d=0.0)
+    _, advice = decide(own, still)
+    assert advice.r_d >= 0.0 or advice.u_d < 0.5
+
+
+def test_swept_counts_only_vehicles_that_are_present() -> None:
+    own, peer = own_at(), msgspec.structs.replace(peer_at(1.0, 5.0, 1.0, 0.0, 0.0), present=0.0)
+    gone = threat(own, peer, view(own, peer, PARAMS), judged(own, peer), PARAMS)
+    assert sweep_price(1.0, 0.0, 0.0, 1.0, swept(1.0, (gone,), LIMITS.yaw_rate_max_radps, PARAMS)) == 0.0
