@@ -112,9 +112,8 @@ def _family(text: str, boats: int | None, method: str | None) -> tuple[Family, s
     where, colon, name = text.rpartition(":")
     if not colon or not where or not name:
         raise UsageError(f"--case {text}: {EXPECTED}")
-    overrides = [f"keeping_clear.method={method}"] if method is not None else []
     if not is_sweep(where):
-        return load(where, overrides, boats=boats), name
+        return load(where, boats=boats, method=method), name
     if boats is not None or method is not None:
         raise UsageError("--boats and --method say what a sweep's folder says: expected neither with it")
     return loads(find(where).sweep.text), name

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from fleet.cli import say
-from fleet.cli.options import Json
+from fleet.cli.options import Json, whole
 from fleet.cli.sail import INTERRUPTED, interruptible
 from fleet.errors import UsageError
 
@@ -29,13 +29,15 @@ def methods(
         typer.Option(metavar="NAME", help="Only this one; as often as needed: circle-printed, scoring, ..."),
     ] = None,
     cases: Annotated[
-        int | None, typer.Option(metavar="N", help="Scenarios of each point of a grid, at most.", min=1)
+        int, typer.Option(metavar="N", parser=whole, help="Scenarios of each point of a grid, at most.")
     ] = 20,
-    seed: Annotated[int | None, typer.Option(metavar="S", help="Seed of all that is drawn.")] = None,
+    seed: Annotated[int | None, typer.Option(metavar="S", parser=whole, help="Seed of all that is drawn.")] = None,
     set_: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the families.")
     ] = None,
-    jobs: Annotated[int | None, typer.Option(metavar="J", help="Processes.  [default: one a core]")] = None,
+    jobs: Annotated[
+        int | None, typer.Option(metavar="J", parser=whole, help="Processes.  [default: one a core]")
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Keep rows here, and do not sail again what is there.")
     ] = None,
@@ -48,10 +50,15 @@ def methods(
     """
     from fleet.sim.sweep.methods import HEADS, cells, chosen, keep_row, read_rows, sail_ways, ways
     from fleet.sim.sweep.methods import markdown as as_markdown
+    from fleet.sim.sweep.model import MOST_CASES, MOST_SEED
     from fleet.sim.sweep.pool import cores, local
 
     if jobs is not None and not 1 <= jobs <= MOST_JOBS:
         raise UsageError(f"--jobs {jobs}: expected 1 to {MOST_JOBS}")
+    if not 1 <= cases <= MOST_CASES:
+        raise UsageError(f"--cases {cases}: expected 1 to {MOST_CASES}")
+    if seed is not None and not 0 <= seed <= MOST_SEED:
+        raise UsageError(f"--seed {seed}: expected 0 to {MOST_SEED}")
     overrides = list(set_ or [])
     found = chosen(families or [], overrides, cases)
     known = read_rows(out) if out is not None else []

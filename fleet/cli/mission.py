@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fleet.cli import say
-from fleet.cli.options import Json, Set
+from fleet.cli.options import Json, Set, whole
 from fleet.errors import MissionError, UsageError
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def show(
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw it: .png, .svg or .pdf.")] = None,
     text: Annotated[bool, typer.Option("--text", help="Print the file itself, to copy and change.")] = False,
     set_: Set = None,
-    boats: Annotated[int | None, typer.Option(metavar="N", help="As it would be with N boats.")] = None,
+    boats: Annotated[int | None, typer.Option(metavar="N", parser=whole, help="As it would be with N boats.")] = None,
 ) -> None:
     """What is in a mission: paths, boats, formation, timeline and checks; with --out, a picture."""
     if out is not None and out.suffix not in PICTURES:

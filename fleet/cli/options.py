@@ -99,6 +99,13 @@ class Link(NamedTuple):
         return fleet
 
 
+def whole(text: str | int) -> int:
+    """A whole number of the command line, or the default of one."""
+    if not re.fullmatch(r"[+-]?[0-9]{1,40}", str(text)):
+        raise typer.BadParameter(f"{text!r}: expected a whole number")
+    return int(text)
+
+
 def linked(command: Callable[..., None]) -> Callable[..., None]:
     """A command whose first parameter is a `Link`, as one that has the options of a link in its place."""
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from fleet.cli import say
-from fleet.cli.options import Json, Runs, Set
+from fleet.cli.options import Json, Runs, Set, whole
 from fleet.errors import FleetError, MissionError, UsageError
 
 if TYPE_CHECKING:
@@ -34,9 +34,9 @@ def sim(
     mission: Annotated[
         str | None, typer.Argument(metavar="MISSION", help="A file, or a ready mission: fleet mission list")
     ] = None,
-    boats: Annotated[int | None, typer.Option(metavar="N", help="Sail with N boats.")] = None,
+    boats: Annotated[int | None, typer.Option(metavar="N", parser=whole, help="Sail with N boats.")] = None,
     warp: Annotated[float, typer.Option(metavar="K", help="Run all clocks K times as fast, 0.1 to 100.")] = 1.0,
-    seed: Annotated[int, typer.Option(metavar="N", help="Seed of noise and radio faults.")] = 0,
+    seed: Annotated[int, typer.Option(metavar="N", parser=whole, help="Seed of noise and radio faults.")] = 0,
     method: Annotated[str | None, typer.Option(metavar="NAME", help="How boats keep clear: scoring, circle.")] = None,
     set_: Set = None,
     topology: Annotated[Literal["hub", "routed"], typer.Option(help="How stations reach each other.")] = "hub",
@@ -94,8 +94,11 @@ def sim(
             "--lockstep has neither clock nor network: expected no --warp, --topology, --driver, --sensors, --keep or "
             "--credentials with it"
         )
-    overrides = [*(set_ or []), *([f"keeping_clear.method={method}"] if method is not None else [])]
-    plan = read_mission(mission, overrides, boats)
+    from fleet.sim.sweep.model import MOST_SEED
+
+    if not 0 <= seed <= MOST_SEED:
+        raise UsageError(f"--seed {seed}: expected 0 to {MOST_SEED}")
+    plan = read_mission(mission, list(set_ or []), boats, method)
     from fleet.sim.sail import Options
 
     port = HUB_PORT if keep and _free(HUB_PORT) else 0
@@ -114,11 +117,11 @@ def sim(
     raise typer.Exit(_sail(plan, mission, options, json, picture, lockstep))
 
 
-def read_mission(where: str, overrides: list[str], boats: int | None = None) -> Mission:
+def read_mission(where: str, overrides: list[str], boats: int | None = None, method: str | None = None) -> Mission:
     """The mission, with its warnings on stderr; MissionError with every problem."""
     from fleet.mission.load import examine
 
-    plan, findings = examine(where, overrides, boats)
+    plan, findings = examine(where, overrides, boats, method)
     if findings.problems:
         raise MissionError(where, findings.problems)
     for one in findings.warnings:

@@ -11,7 +11,7 @@ import typer
 
 from fleet.cli import say
 from fleet.cli.methods import methods
-from fleet.cli.options import Json, Runs, short_for
+from fleet.cli.options import Json, Runs, short_for, whole
 from fleet.cli.sail import INTERRUPTED, interruptible
 from fleet.errors import FleetError, RecordingError, UsageError
 
@@ -38,14 +38,18 @@ def run(
     family: Annotated[
         str | None, typer.Argument(metavar="FAMILY", help="A file, or a ready family: fleet sweep list")
     ] = None,
-    boats: Annotated[int | None, typer.Option(metavar="N", help="Boats of a scenario.")] = None,
-    cases: Annotated[int | None, typer.Option(metavar="N", help="Scenarios of each point of the grid.")] = None,
-    seed: Annotated[int | None, typer.Option(metavar="S", help="Seed of all that is drawn.")] = None,
+    boats: Annotated[int | None, typer.Option(metavar="N", parser=whole, help="Boats of a scenario.")] = None,
+    cases: Annotated[
+        int | None, typer.Option(metavar="N", parser=whole, help="Scenarios of each point of the grid.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(metavar="S", parser=whole, help="Seed of all that is drawn.")] = None,
     method: Annotated[str | None, typer.Option(metavar="NAME", help="How boats keep clear: scoring, circle.")] = None,
     set_: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the family.")
     ] = None,
-    jobs: Annotated[int | None, typer.Option(metavar="J", help="Processes.  [default: one a core]")] = None,
+    jobs: Annotated[
+        int | None, typer.Option(metavar="J", parser=whole, help="Processes.  [default: one a core]")
+    ] = None,
     dask: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Sail on a Dask cluster: tcp://HOST:PORT, or local:N.")
     ] = None,
@@ -77,20 +81,12 @@ def run(
     elif family is None:
         raise UsageError("expected a FAMILY (fleet sweep list names the ready ones), or --resume SWEEP")
     else:
-        given = {"seed": seed, "keeping_clear.method": method}
-        overrides = [*(set_ or []), *(f"{key}={value}" for key, value in given.items() if value is not None)]
-        store = _new(family, overrides, boats, cases, runs)
+        from fleet.sim.sweep.family import load
+        from fleet.sim.sweep.store import Sweep, create
+
+        made = load(family, set_ or [], boats=boats, cases=cases, seed=seed, method=method)
+        store = create(runs, Sweep.of(made, shlex.join(["fleet", *sys.argv[1:]])))
     raise typer.Exit(_sail(store, engine, json, picture))
-
-
-def _new(name: str, overrides: list[str], boats: int | None, cases: int | None, runs: str | None) -> Store:
-    """The folder of a new sweep."""
-    from fleet.sim.sweep.family import load
-    from fleet.sim.sweep.store import Sweep, create
-
-    family = load(name, overrides, boats=boats, cases=cases)
-    command = shlex.join(["fleet", *sys.argv[1:]])
-    return create(runs, Sweep.of(family, command))
 
 
 def _engine(jobs: int | None, dask: str | None) -> Engine:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from msgspec import Struct
 
@@ -14,7 +14,7 @@ from fleet.mission.formation import check_formation, gap_needed, misfits, near_p
 from fleet.mission.misfit import CRUISE_MARGIN_MPS
 from fleet.mission.model import Mission
 from fleet.mission.plan import Plan, attempt
-from fleet.mission.problem import Key, Problem, hint, texts
+from fleet.mission.problem import Lines, Problem, hint, texts
 from fleet.mission.timeline import shapes, timeline_problems, timeline_warnings
 from fleet.mission.traffic import course_problems, traffic_problems
 from fleet.mission.waters import water_problems, water_warnings
@@ -31,7 +31,7 @@ class Findings(Struct, frozen=True):
     """It can, but perhaps not as meant."""
 
 
-def check(mission: Mission, lines: Mapping[Key, int] | None = None) -> Findings:
+def check(mission: Mission, lines: Lines | None = None) -> Findings:
     """Everything that is wrong or odd in a mission that has the right shape.
 
     Args:

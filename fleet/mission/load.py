@@ -14,7 +14,7 @@ from fleet.errors import MissionError
 from fleet.mission.check import Findings, check
 from fleet.mission.model import Mission
 from fleet.mission.multiply import multiply
-from fleet.mission.overrides import apply
+from fleet.mission.overrides import apply, apply_option
 from fleet.mission.problem import Key, texts
 from fleet.mission.structure import problems
 from fleet.mission.toml_file import parse, ready_files, text_at
@@ -41,17 +41,22 @@ def load(where: str | Path, overrides: Sequence[str] = (), boats: int | None = N
     return mission
 
 
-def examine(where: str | Path, overrides: Sequence[str] = (), boats: int | None = None) -> tuple[Mission, Findings]:
+def examine(
+    where: str | Path, overrides: Sequence[str] = (), boats: int | None = None, method: str | None = None
+) -> tuple[Mission, Findings]:
     """The mission and what was found about it; MissionError only where it cannot even be read.
 
     Args:
         where: path of a file, or a ready name
         overrides: `dotted.key=value`, applied before anything is checked
         boats: sail with so many boats instead of those written (see `multiply`)
+        method: how boats keep clear, instead of what is written
     """
     source = read(where)
     keys, refused = apply(source.tree, overrides)
-    lines = {**source.lines, **dict.fromkeys(keys, 0)}
+    lines: dict[Key, int | str] = {**source.lines, **dict.fromkeys(keys, 0)}
+    if method is not None:
+        refused += apply_option(source.tree, "keeping_clear.method", method, "--method", lines)
     found = (*refused, *problems(source.tree, Mission))
     if found:
         raise MissionError(source.name, texts(found, lines))

@@ -27,7 +27,7 @@ def multiply(mission: Mission, boats: int) -> Mission:
     Entries of the timeline that name boats left out lose those names, and go if none is left.
     """
     if not 1 <= boats <= MOST:
-        raise UsageError(f"boats = {boats}: expected 1 to {MOST}")
+        raise UsageError(f"--boats {boats}: expected 1 to {MOST}")
     roster = list(mission.boats[:boats])
     plan, problems = attempt(mission)
     if boats > len(roster) and not problems and len(plan.boats) == len(roster):

@@ -31,6 +31,17 @@ def apply(tree: dict[str, Any], overrides: Sequence[str]) -> tuple[list[Key], li
     return keys, problems
 
 
+def apply_option(
+    tree: dict[str, Any], name: str, value: Any, option: str, lines: dict[Key, int | str]
+) -> list[Problem]:
+    """Set what an option of the command line says, and note in `lines` that it said so; what could not be."""
+    outcome = put(tree, name.split("."), value)
+    if isinstance(outcome, Problem):
+        return [outcome]
+    lines[outcome] = option
+    return []
+
+
 def _value(text: str) -> Any:
     """A TOML value, else the text itself."""
     if "\n" not in text:

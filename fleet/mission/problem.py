@@ -10,6 +10,8 @@ from msgspec import UNSET, Struct
 
 Key = tuple[str | int, ...]
 """Where a value stands: ("boats", 1, "start", "s_m")."""
+Lines = Mapping[Key, int | str]
+"""Where each key was written: a line of the file, 0 an override, or the option of the command line that set it."""
 
 SHOWN = 40  # characters of a wrong value that a message repeats
 
@@ -21,13 +23,13 @@ class Problem(Struct, frozen=True):
     wrong: str
     value: Any = UNSET
 
-    def text(self, lines: Mapping[Key, int] | None = None) -> str:
-        """`boats[1].start.s_m = -5 (line 34): expected ...`; lines maps keys to lines of the file, 0 to an override."""
+    def text(self, lines: Lines | None = None) -> str:
+        """`boats[1].start.s_m = -5 (line 34): expected ...`."""
         value = "" if self.value is UNSET else f" = {show(self.value)}"
         return f"{dotted(self.where)}{value}{_place(self.where, lines or {})}: {self.wrong}"
 
 
-def texts(problems: Iterable[Problem], lines: Mapping[Key, int] | None = None) -> tuple[str, ...]:
+def texts(problems: Iterable[Problem], lines: Lines | None = None) -> tuple[str, ...]:
     """The problems in words, each once."""
     return tuple(dict.fromkeys(problem.text(lines) for problem in problems))
 
@@ -66,10 +68,12 @@ def hint(word: str, known: Iterable[str]) -> str:
     return f"; known: {', '.join(names)}" if names else ""
 
 
-def _place(where: Key, lines: Mapping[Key, int]) -> str:
-    """` (line 34)`: of the key itself, else of the nearest table or list around it."""
+def _place(where: Key, lines: Lines) -> str:
+    """` (line 34)`, ` (--set)`, ` (--cases)`: of the key itself, else of the nearest table or list around it."""
     for length in range(len(where), 0, -1):
         line = lines.get(where[:length])
+        if isinstance(line, str):
+            return f" ({line})"
         if line is not None:
             return f" (line {line})" if line > 0 else " (--set)"
         if isinstance(where[length - 1], int):  # an entry that no file has: made by `multiply`

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +15,8 @@ from msgspec import Struct, structs
 from fleet.avoidance import METHODS, Side
 from fleet.errors import FamilyError, UsageError
 from fleet.guidance.limits import Limits
-from fleet.mission.overrides import apply
-from fleet.mission.problem import texts
+from fleet.mission.overrides import apply, apply_option
+from fleet.mission.problem import Key, texts
 from fleet.mission.toml_file import parse, ready_files, text_at
 from fleet.mission.toml_lines import key_lines
 from fleet.sim.batch import Scenarios
@@ -107,7 +107,13 @@ def text_of(where: str | Path) -> str:
 
 
 def load(
-    where: str | Path, overrides: Sequence[str] = (), *, boats: int | None = None, cases: int | None = None
+    where: str | Path,
+    overrides: Sequence[str] = (),
+    *,
+    boats: int | None = None,
+    cases: int | None = None,
+    seed: int | None = None,
+    method: str | None = None,
 ) -> Family:
     """The family at a path or of a ready name; FamilyError with everything that is wrong.
 
@@ -116,27 +122,35 @@ def load(
         overrides: `dotted.key=value`; a key that the grid varies is not varied any more
         boats: instead of those written
         cases: at every point, instead of those written
+        seed: of all that is drawn, instead of that written
+        method: how boats keep clear, instead of what is written
     """
-    return loads(text_of(where), str(where), overrides, boats=boats, cases=cases)
+    options = {"boats": boats, "cases": cases, "seed": seed, "keeping_clear.method": method}
+    return loads(text_of(where), str(where), overrides, options)
 
 
 def loads(
-    text: str, where: str = WHAT, overrides: Sequence[str] = (), *, boats: int | None = None, cases: int | None = None
+    text: str, where: str = WHAT, overrides: Sequence[str] = (), options: Mapping[str, int | str | None] | None = None
 ) -> Family:
-    """The family in a text; `where` is how messages call it, and what it is called if it has no name."""
+    """The family in a text; `where` is how messages call it, and what it is called if it has no name.
+
+    Args:
+        options: what options of the command line set, by dotted key; messages name the option: `--` and its last word
+    """
     tree = parse(text, where, FamilyError)
     grid = Grid(tree, key_lines(text))
-    numbers = {"boats": boats, "cases": cases}
-    changes = [*overrides, *(f"{name}={value}" for name, value in numbers.items() if value is not None)]
-    keys, refused = apply(tree, changes)
-    grid.settle(keys)
-    lines = {**grid.lines, **dict.fromkeys(keys, 0)}
+    given = {key: value for key, value in (options or {}).items() if value is not None}
+    keys, refused = apply(tree, overrides)
+    lines: dict[Key, int | str] = {**grid.lines, **dict.fromkeys(keys, 0)}
+    for key, value in given.items():
+        refused += apply_option(tree, key, value, f"--{key.split('.')[-1]}", lines)
+    grid.settle([*keys, *(tuple(key.split(".")) for key in given)])
     specs, found = specs_of(tree, grid)
     if refused or found:
         raise FamilyError(where, texts([*refused, *found], lines))
     first = specs[0]
     name = first.name or _name_of(where)
-    if changes:
+    if overrides or given:
         text = tomli_w.dumps({"name": name, **tree, **grid.written()})
     elif first.name is None:
         text = f'name = "{name}"\n{text}'

@@ -128,7 +128,7 @@ def test_a_case_draws_the_same_numbers_at_every_point() -> None:
 
 def test_what_is_overridden_is_not_varied_any_more() -> None:
     grid = MEETING + '[grid]\n"radio.loss" = [0.0, 0.5]\nboats = [2, 3]\n'
-    family = loads(grid, "f", ["radio.loss=0.2"], boats=4)
+    family = loads(grid, "f", ["radio.loss=0.2"], {"boats": 4})
     assert [point.values for point in family.points] == [{}]
     assert family.scenarios(1, 0, [0]).loss.tolist() == [0.2]
     assert family.boats == 4

@@ -107,7 +107,7 @@ VALUES += (
 @settings(deadline=None, max_examples=80)
 def test_whatever_is_set_a_family_can_be_drawn_or_is_refused(text: str, sets: list[tuple[str, str]]) -> None:
     try:
-        family = loads(text, "f", [f"{key}={value}" for key, value in sets], cases=3)
+        family = loads(text, "f", [f"{key}={value}" for key, value in sets], {"cases": 3})
     except FamilyError:
         return
     if family.foreign:
