@@ -18,30 +18,50 @@ MOST = 4  # pieces that wait; who asks for more is told to ask again
 SWITCH_S = 0.0001  # so long the loop waits for the interpreter while a piece is worked on; Python's own is 5 ms
 
 
+class Piece:
+    """Work that waits until the worker begins it, or who asked for it withdraws it: whoever is first."""
+
+    def __init__(self, work: Callable[[], None], then: Callable[[], None]) -> None:
+        self.work, self.then = work, then
+        self._free = [True]  # taking it out is one step of the interpreter
+
+    def claim(self) -> bool:
+        """Whether it is the caller's now: to be worked on, or, by who asked for it, not to be worked on any more."""
+        try:
+            return self._free.pop()
+        except IndexError:
+            return False
+
+
 class Background:
     """One worker and its queue."""
 
     def __init__(self, *, threaded: bool) -> None:
         self._threaded = threaded
-        self._queue: queue.SimpleQueue[tuple[Callable[[], None], Callable[[], None]]] = queue.SimpleQueue()
+        self._queue: queue.SimpleQueue[Piece] = queue.SimpleQueue()
         self._done: deque[Callable[[], None]] = deque()
         self._waiting = 0
         self._thread: threading.Thread | None = None
 
-    def submit(self, work: Callable[[], None], then: Callable[[], None]) -> bool:
-        """Do `work` there, and `then` here, at a later tick; False when too much waits already."""
+    def submit(self, work: Callable[[], None], then: Callable[[], None]) -> Piece | None:
+        """Do `work` there, and `then` here, at a later tick; None when too much waits already.
+
+        Who claims the piece before it is begun has withdrawn it: neither is done.
+        """
+        piece = Piece(work, then)
         if not self._threaded:
+            piece.claim()
             _guarded(work)
             then()
-            return True
+            return piece
         if self._waiting >= MOST:
-            return False
+            return None
         self._waiting += 1
         if self._thread is None:
             self._thread = threading.Thread(target=self._run, name="background", daemon=True)
             self._thread.start()
-        self._queue.put((work, then))
-        return True
+        self._queue.put(piece)
+        return piece
 
     def finish(self) -> None:
         """Take in what is done."""
@@ -51,14 +71,17 @@ class Background:
 
     def _run(self) -> None:
         while True:
-            work, then = self._queue.get()
+            piece = self._queue.get()
+            if not piece.claim():
+                self._done.append(lambda: None)
+                continue
             usual = sys.getswitchinterval()
             sys.setswitchinterval(SWITCH_S)
             try:
-                _guarded(work)
+                _guarded(piece.work)
             finally:
                 sys.setswitchinterval(usual)
-            self._done.append(then)
+            self._done.append(piece.then)
 
 
 def _guarded(work: Callable[[], None]) -> None:

@@ -76,7 +76,7 @@ class Lookout:
         agent, plane = self._agent, self._agent.plane
         reading = agent.reading
         if (reading.sightings or reading.scans) and not self._prepared:
-            self._prepared = agent.background.submit(prepare, lambda: None)
+            self._prepared = agent.background.submit(prepare, lambda: None) is not None
         if plane is None:
             return
         told: list[Sequence[Sighting]] = [reading.sightings] if reading.sightings else []

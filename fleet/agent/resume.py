@@ -67,7 +67,7 @@ class Resumption:
         if agent.nav.sound < 0.5:
             return
         if not self._reading:
-            self._reading = agent.background.submit(self._read_ahead, lambda: None)
+            self._reading = agent.background.submit(self._read_ahead, lambda: None) is not None
         if self._read is None:
             return
         self._open = False

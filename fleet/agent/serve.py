@@ -7,6 +7,9 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from msgspec import Struct
+
+from fleet.agent.background import Piece
 from fleet.agent.neighbours import COUNTED, Neighbours
 from fleet.wire import keys
 from fleet.wire.bus import Request
@@ -20,7 +23,17 @@ log = logging.getLogger("fleet.agent")
 REQUESTS_A_TICK = 128
 ANSWERED_BYTES = 1 << 18  # of missions, in one tick: who asks for more waits in vain and asks again
 ECHO_S = 1.0
+PATIENCE_S = 1.5  # a command that waits longer to be looked into is turned away: who asked waits 3 s for an answer
+BUSY = "busy with other commands; say it again"
 Asked = tuple[Request, Command, Signed | None]
+
+
+class Looked(Struct):
+    """A command that is looked into elsewhere, and who asked for it."""
+
+    since_ns: int
+    asked: list[Asked]
+    piece: Piece | None = None
 
 
 class Desk(Neighbours):
@@ -30,9 +43,7 @@ class Desk(Neighbours):
         super().__init__(agent)
         self._echo_ns = 0
         self._waiting: list[Callable[[], None]] = []
-        self._working: dict[
-            str, list[tuple[Request, Command, Signed | None]]
-        ] = {}  # by id: commands looked into elsewhere
+        self._working: dict[str, Looked] = {}  # by id
         self._reading = False  # a neighbour's mission
         self._unfit: deque[int] = deque(maxlen=16)  # neighbours' missions that this boat does not sail
         self._room = ANSWERED_BYTES
@@ -53,6 +64,7 @@ class Desk(Neighbours):
         if dropped > self._dropped:
             self.refused["too many at once: dropped unread"] += dropped - self._dropped
             self._dropped = dropped
+        self._turn_away(now_ns)
         for request in self._agent.bus.poll_requests(REQUESTS_A_TICK):
             try:
                 self._answer(request, now_ns)
@@ -127,22 +139,34 @@ class Desk(Neighbours):
             request.reply(encode(Ack(MAJOR, _id_of(request.payload), agent.boat, False, f"the command {refusal}")))
             return
         waiting = self._working.get(command.id)
-        if waiting is not None and len(waiting) < COUNTED:
-            waiting.append((request, command, words))
+        if waiting is not None and len(waiting.asked) < COUNTED:
+            waiting.asked.append((request, command, words))
             return
         work = agent.orders.work(command, now_ns)
         if work is None:
             self._acknowledge(request, command, words, now_ns)
             return
-        self._working[command.id] = [(request, command, words)]
-        if not agent.background.submit(work, lambda: self._worked(command.id, now_ns)):
-            del self._working[command.id]
+        looked = self._working[command.id] = Looked(now_ns, [(request, command, words)])
+        looked.piece = agent.background.submit(work, lambda: self._worked(command.id, now_ns))
+        if looked.piece is None:
+            self._say_busy(command.id)
+
+    def _turn_away(self, now_ns: int) -> None:
+        """Commands that have waited too long: late is worse than not at all, for who asked has given it up by then."""
+        late = [name for name, one in self._working.items() if now_ns - one.since_ns > PATIENCE_S * 1e9]
+        for command_id in late:
+            piece = self._working[command_id].piece
+            if piece is not None and piece.claim():
+                self._say_busy(command_id)
+
+    def _say_busy(self, command_id: str) -> None:
+        for request, _, _ in self._working.pop(command_id).asked:
             self.count("command: busy")
-            request.reply(encode(Ack(MAJOR, command.id, agent.boat, False, "busy with other commands; say it again")))
+            request.reply(encode(Ack(MAJOR, command_id, self._agent.boat, False, BUSY)))
 
     def _worked(self, command_id: str, now_ns: int) -> None:
         """What takes long is done: obey, as of when the command was received."""
-        for request, command, words in self._working.pop(command_id, ()):
+        for request, command, words in self._working.pop(command_id).asked:
             self._acknowledge(request, command, words, now_ns)
 
     def _acknowledge(self, request: Request, command: Command, words: Signed | None, now_ns: int) -> None:
@@ -180,8 +204,9 @@ class Desk(Neighbours):
             ack = Ack(MAJOR, "", agent.boat, ok, found[0], str(old), str(trust.roster.number), agent.orders.version)
             request.reply(encode(ack))
 
-        if not agent.background.submit(take, answer):
-            request.drop()
+        if agent.background.submit(take, answer) is None:
+            self.count("roster: busy")
+            request.reply(encode(Ack(MAJOR, "", agent.boat, False, BUSY)))
 
     @property
     def waits_for_disk(self) -> bool:

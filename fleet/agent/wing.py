@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 from msgspec import Struct
 
+from fleet.agent import course as courses
 from fleet.agent.flights import Flights
 from fleet.agent.modes import IN_FORMATION, Mode
 from fleet.agent.picture import Other, Picture
@@ -39,6 +42,7 @@ class Wings:
         self._shape: Shape | None = None
         self._sailing: Sailing | None = None
         self._found: dict[int, Wingman] = {}
+        self._end_m = math.inf  # where our leader's mission ends, on its path
         self._apart: frozenset[int] = frozenset()
         self._mine: frozenset[int] = frozenset()  # wingmen of this boat that keep clear of it, and not it of them
         self._last: Leader[float] | None = None
@@ -55,10 +59,13 @@ class Wings:
             self._last = None
         self._sailing, self._shape = sailing, shape
         self._found, self._apart, self._mine, self.lost_ns, self.stopped = {}, frozenset(), frozenset(), 0, False
+        self._end_m = math.inf
         if sailing is None or shape is None or shape.pattern != "wingman":
             return
         flight = self._flights.prepare(sailing.plan, shape)
         self._found, self._apart = flight.wingmen, flight.mates(sailing.number)
+        if (mine := self._found.get(sailing.number)) is not None:
+            self._end_m = courses.end_abscissa(sailing.plan, mine.leader.number, shape)
         mission = sailing.plan.mission
         if mission.formation.crossing == "keep-on" and mission.keeping_clear.method != ALL_TURN:
             self._mine = frozenset(n for n, one in self._found.items() if one.leader.number == sailing.number)
@@ -118,6 +125,8 @@ class Wings:
             return
         moving = state.mode in ON_ITS_PATH
         s = picture.abscissa(other, track, now_ns) if moving else state.s_m
+        if moving and s >= self._end_m:  # it has come to its end by now: it will say so when its words have come
+            s, moving, self.stopped = self._end_m, False, True
         p = one.leader.path.at(s)
         speed = max(track.vx * p.tx + track.vy * p.ty, 0.0) if moving else 0.0
         self._last = Leader(1.0, float(self.stopped), p.x, p.y, p.tx, p.ty, p.c, speed, 0.0, 0.0)

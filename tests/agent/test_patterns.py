@@ -373,6 +373,23 @@ def test_when_its_leader_stops_a_wingman_stops_beside_it_and_does_not_circle() -
         assert voyage.least_m > 6.0
 
 
+@pytest.mark.parametrize("delay_s", [0.0, 0.5, 2.0])
+def test_a_wingman_stops_with_its_leader_at_the_end_however_late_its_words_are(delay_s: float) -> None:
+    """Its leader's words are 2 s old, and it is 2 m farther by then: but never beyond the end of its path."""
+    mission = wingman()
+    paths = {**mission.paths, "line": structs.replace(mission.paths["line"], end=(85.0, 0.0))}
+    late = structs.replace(mission, paths=paths, radio=structs.replace(mission.radio, delay_s=delay_s))
+    with under_way(late) as voyage:
+        voyage.sail(35.0)
+        assert voyage.agent("b1").decision.mode == Mode.FOLLOW
+        assert abs(abeam(voyage)[0]) < 0.7
+        voyage.sail(20.0)
+        for boat in ("b1", "b2"):
+            assert voyage.agent(boat).decision.mode == Mode.HOLD
+            assert abs(voyage.agent(boat).decision.e) < 0.5
+        assert abs(abeam(voyage)[0]) < 1.0
+
+
 def test_three_boats_cross_near_one_point_and_are_back_on_their_paths_within_65_s() -> None:
     with under_way(load("three-crossing")) as voyage:
         voyage.sail(65.0)

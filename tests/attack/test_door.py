@@ -14,6 +14,7 @@ import pytest
 from fleet.agent.background import MOST, Background
 from fleet.agent.examine import apart
 from fleet.agent.modes import Goal, Mode, Reason
+from fleet.agent.serve import PATIENCE_S
 from fleet.mission.check import check
 from fleet.mission.load import encode as encode_mission
 from fleet.mission.model import Sine, Through
@@ -371,11 +372,57 @@ def test_a_piece_of_background_work_that_fails_ends_nothing_and_too_many_are_tur
     assert background.submit(lambda: 1 / 0 and None, lambda: done.append(0))  # type: ignore[func-returns-value]
     assert background.submit(lambda: gate.wait(10.0) and None, lambda: done.append(1))
     taken = [background.submit(lambda: None, lambda: done.append(2)) for _ in range(MOST + 2)]
-    assert taken == [True, True, False, False, False, False]
+    assert [piece is not None for piece in taken] == [True, True, False, False, False, False]
     gate.set()
     while len(done) < 4:
         background.finish()
     assert done == [0, 1, 2, 2]
+
+
+def test_a_command_that_waits_too_long_is_turned_away_in_time_and_not_obeyed_afterwards(tmp_path: Path) -> None:
+    """Its answer would come after the operator has given it up, and the boat would do what nobody expects any more."""
+    sea = Sea(tmp_path, mission(1))
+    sea.run(0.5)
+    agent, gate, done = sea.agent("b1"), threading.Event(), []
+    agent.background = Background(threaded=True)
+    assert agent.background.submit(lambda: gate.wait(10.0) and None, lambda: done.append("dear"))
+    answers = sea.ask("launch", order=sea.mission_words(mission_id="m1"))
+    sea.run(PATIENCE_S)
+    assert answers == {}  # it may still be begun in time
+    sea.run(0.2)
+    ack = answers["b1"]
+    assert (ack.ok, ack.reason) == (False, "busy with other commands; say it again")
+    gate.set()
+    agent.background.submit(lambda: None, lambda: done.append("after"))
+    while "after" not in done:
+        sea.tick()
+    assert not sea.holds_mission("b1")
+    agent.background = Background(threaded=False)
+    assert sea.command("launch", order=sea.mission_words(mission_id="m1"))["b1"].ok
+
+
+def test_a_command_that_is_begun_in_time_is_answered_when_it_is_done(tmp_path: Path) -> None:
+    sea = Sea(tmp_path, mission(1))
+    sea.run(0.5)
+    agent, gate, begun = sea.agent("b1"), threading.Event(), threading.Event()
+    agent.background = Background(threaded=True)
+    read = agent.orders.read_mission
+
+    def slow(words: Signed, now_ns: int) -> Any:
+        begun.set()
+        gate.wait(10.0)
+        return read(words, now_ns)
+
+    agent.orders.read_mission = slow  # type: ignore[method-assign]
+    answers = sea.ask("launch", order=sea.mission_words(mission_id="m1"))
+    sea.tick()
+    assert begun.wait(10.0)
+    sea.run(2.0 * PATIENCE_S)
+    assert answers == {}
+    gate.set()
+    while not answers:
+        sea.tick()
+    assert answers["b1"].ok
 
 
 def test_a_mission_is_checked_apart_with_the_same_result() -> None:
