@@ -112,7 +112,7 @@ class StepParams(Struct, frozen=True, kw_only=True):
     station: StationParams
     limits: Limits
     keep: Any  # parameters of the way of keeping clear
-    closer: Any = None  # the same while a foreign vessel decides: only the hard radius is kept from boats of the fleet
+    closer: Any = None  # the same while a foreign vessel decides: less is kept from boats of the fleet
     sea: Sea | None = None  # None: foreign vessels are not looked at
 
 
@@ -157,7 +157,7 @@ def step(
     """Decide this tick.
 
     Foreign vessels come before boats of the fleet: while the law for them acts, its course and speed are the plan, and
-    keeping clear within the fleet leaves it only for what comes within the hard radius. The brake has the last word.
+    keeping clear within the fleet leaves it only for what comes near soon (`Method.closer`). The brake has the last word.
 
     Args:
         state: memory of the tick before

@@ -30,7 +30,7 @@ class Method(Struct, frozen=True, kw_only=True):
     keep_clear: Callable[..., Any]  # (own, peers, memory, limits, params, dt [s]) -> (memory, Advice)
     memory: Any  # type of the memory of one boat, for msgspec to decode
     align: Callable[[Any, Sequence[float], Sequence[float]], Any]  # (memory, old numbers, new numbers) -> memory
-    closer: Callable[[Any], Any]  # params -> those that keep only the hard radius, and only soon
+    closer: Callable[[Any], Any]  # params -> those that keep less, and only soon: while a foreign vessel decides
 
 
 def _scoring_params(radius_m: float, side: Side) -> params.ScoringParams:  # noqa: ARG001 - its sides are its own
@@ -41,8 +41,7 @@ def _scoring_closer(keep: params.ScoringParams) -> params.ScoringParams:
     soon = CLOSER_S
     return structs.replace(
         keep,
-        wanted_m=keep.hard_m,
-        companion_m=keep.hard_m,
+        wanted_m=keep.companion_m,
         horizon_max_s=soon,
         horizon_min_s=soon,
         horizon_unknown_s=soon,
