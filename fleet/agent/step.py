@@ -157,7 +157,7 @@ def step(
     """Decide this tick.
 
     Foreign vessels come before boats of the fleet: while the law for them acts, its course and speed are the plan, and
-    keeping clear within the fleet leaves it only for what comes near soon (`Method.closer`). The brake has the last word.
+    keeping clear within the fleet leaves it only for what comes near soon (`Method.closer`). The brake comes last.
 
     Args:
         state: memory of the tick before
