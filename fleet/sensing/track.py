@@ -27,6 +27,8 @@ class TrackParams(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     sigma_ais_mps: Positive = 0.15  # of the velocity that AIS tells, per axis
     nis_most: Positive = 4.0  # smoothed normalised innovation squared above which it manoeuvres
     nis_new: Positive = 0.4  # share of the new one
+    drift_new: Positive = 0.15  # share of the new innovation in their mean;
+    drift_most: Positive = 6.0  # the square of that mean, in its own variances, above which it manoeuvres
     bump_v: Positive = 0.5  # added to the variance of the velocity then [m2/s2]
     om_every_s: Positive = 0.9  # between two courses of which the turn rate is the difference
     om_most: Positive = 0.1  # [rad/s]
@@ -61,6 +63,8 @@ class Track(Struct, frozen=True, gc=False):
     ref_vy: float
     born: float  # first data [s]
     heard: float  # last data [s]
+    mx: float = 0.0  # mean of the normalised innovations of late, north; 0 for a steady vessel
+    my: float = 0.0  # east
 
 
 class Target(Struct, frozen=True, gc=False):
@@ -198,10 +202,15 @@ def _positioned(track: Track, x: float, y: float, R: float, params: TrackParams)
     """Kalman update by a position with variance R per axis."""
     dx, dy = x - track.x, y - track.y
     off = 0.5 * (dx * dx + dy * dy)
+    new = params.drift_new
     nis = (1.0 - params.nis_new) * track.nis + params.nis_new * off / (track.P11 + R)
-    track = structs.replace(track, nis=nis)
-    if nis > params.nis_most:
+    per = 1.0 / ops.sqrt(track.P11 + R)
+    mx, my = track.mx + new * (dx * per - track.mx), track.my + new * (dy * per - track.my)
+    drift = 0.5 * (mx * mx + my * my) * (2.0 - new) / new
+    if nis > params.nis_most or drift > params.drift_most:
+        mx, my = 0.0, 0.0
         track = structs.replace(track, P11=track.P11 + R, P22=track.P22 + params.bump_v, alert=track.t + params.alert_s)
+    track = structs.replace(track, nis=nis, mx=mx, my=my)
     return by_position(track, dx, dy, R)
 
 

@@ -19,7 +19,9 @@ def north(speed: float = 2.0) -> Track:
     return begin(7.0, 0.0, 0.0, 2.0, 100.0, 20.0, (speed, 0.0))
 
 
-def sailed(seconds: float, every: float, sigma: float, turn_at: float = math.inf, rate: float = 0.0) -> Track:
+def sailed(
+    seconds: float, every: float, sigma: float, turn_at: float = math.inf, rate: float = 0.0, params: TrackParams = P
+) -> Track:
     """A track of a vessel at 4 m/s from bare positions with noise."""
     x = y = chi = t = 0.0
     track = begin(1.0, 0.0, 0.0, sigma, 0.0, 20.0)
@@ -29,7 +31,7 @@ def sailed(seconds: float, every: float, sigma: float, turn_at: float = math.inf
         x, y, t = x + every * 4.0 * math.cos(chi), y + every * 4.0 * math.sin(chi), t + every
         chi += rate * every if t > turn_at else 0.0
         noise = [sigma * (sum(uniform(k, axis, n) for n in range(12)) - 6.0) for axis in (1, 2)]
-        track = update_position(track, x + noise[0], y + noise[1], sigma, t)
+        track = update_position(track, x + noise[0], y + noise[1], sigma, t, params)
     return track
 
 
@@ -89,6 +91,15 @@ def test_a_turn_is_noticed_by_positions_alone() -> None:
     assert seen(turning, 50.0).om > 0.03
     course = math.atan2(turning.vy, turning.vx)
     assert abs(course - 0.8) < 0.35
+
+
+def test_a_turn_is_noticed_in_poor_positions_before_the_track_is_ten_metres_off() -> None:
+    # 3 m of noise once a second hide one innovation, but not the mean of some: 0.06 rad/s for 10 s at 4 m/s are 11 m
+    turning, steady = sailed(70.0, 1.0, 3.0, 60.0, 0.06), sailed(400.0, 1.0, 3.0)
+    assert 60.0 < turning.alert - P.alert_s <= 70.0
+    assert steady.alert == 0.0
+    deaf = TrackParams(drift_most=1.0e9)
+    assert sailed(70.0, 1.0, 3.0, 60.0, 0.06, deaf).alert == 0.0  # by single innovations it is not noticed so soon
 
 
 def test_a_turn_rate_is_not_trusted_when_the_track_is_young_or_the_data_are_old() -> None:

@@ -61,7 +61,8 @@ def advise(
         turning = turning if abs(left) > TURNED_RAD else 0.0
         near = within(edges, boat.x, boat.y, _bank_reach(boat, params))
         if near:
-            bent = bend(boat.x, boat.y, cx, cy, boat.U, limits.yaw_rate_max_radps, near, params)
+            hy, hx = ops.sincos(boat.chi)
+            bent = bend(boat.x, boat.y, cx, cy, hx, hy, boat.U, limits.yaw_rate_max_radps, near, params)
             banked = bent.bent
             if banked > 0.5:
                 cx, cy, u_d = bent.cx, bent.cy, u_d * bent.free

@@ -16,6 +16,8 @@ from fleet.ops import R
 FAR_M = 1.0e6
 BLUNT_M = 1.0e-6
 NEAR_M = 2.0  # an edge this much farther off than the end of a leg is not met by it
+SQUARE = 0.01  # the same of a course that prefers neither way along the edge
+STRAIGHT_AT = 0.17  # cosine of the angle between course and edge: within 10 deg of square to it
 
 
 class Bent(Struct, Generic[R], frozen=True, gc=False):
@@ -32,12 +34,18 @@ def within(edges: Sequence[Edge], x: float, y: float, reach: float) -> tuple[Edg
     return tuple(e for e in edges if ops.hypot(e[2] - e[0], e[3] - e[1]) > BLUNT_M and _nearest(x, y, e)[2] < reach)
 
 
-def bend(x: R, y: R, cx: R, cy: R, u: R, r_max: R, edges: Sequence[Edge], params: ForeignParams) -> Bent[R]:
+def bend(
+    x: R, y: R, cx: R, cy: R, hx: R, hy: R, u: R, r_max: R, edges: Sequence[Edge], params: ForeignParams
+) -> Bent[R]:
     """The course (cx, cy) at (x, y), turned parallel to the nearest edge where it leads too near to it.
 
         parallel within 2 m + 0.6 s u + (1 - cos g) u / r_max of the edge, g the angle between course and edge
 
+    Parallel is the way in which the boat goes already (the other one would be a turn through the edge); where it goes
+    straight at the edge, that which is nearer to the course.
+
     Args:
+        hx, hy: unit vector of the course on which the boat is
         u: speed [m/s]
         r_max: largest yaw rate [rad/s]
         edges: those that matter, each with a length
@@ -55,7 +63,9 @@ def bend(x: R, y: R, cx: R, cy: R, u: R, r_max: R, edges: Sequence[Edge], params
     along = cy * nx - cx * ny  # of the tangent (-ny, nx)
     room = params.bank_m + params.bank_s * u + (1.0 - abs(along)) * u / r_max
     bent = (cx * nx + cy * ny > 0.0) & (least < room)
-    way = ops.where(along < 0.0, -1.0, ops.full(x, 1.0))
+    gone = hy * nx - hx * ny
+    leading = ops.where((abs(gone) > STRAIGHT_AT) | (abs(along) < SQUARE), gone, along)
+    way = ops.where(leading < 0.0, -1.0, ops.full(x, 1.0))
     cx, cy = ops.where(bent, -ny * way, cx), ops.where(bent, nx * way, cy)
     free = ops.full(x, 1.0)
     if len(edges) > 1 and ops.some(bent):
@@ -66,16 +76,31 @@ def bend(x: R, y: R, cx: R, cy: R, u: R, r_max: R, edges: Sequence[Edge], params
     return Bent(cx, cy, ops.flag(bent, x), free)
 
 
+def off_shore(x: float, y: float, chi: float, edges: Sequence[Edge], reach: float) -> float:
+    """Which way round leads off the nearest edge within `reach` [m]: +1 by starboard, -1 by port, 0 none is so near."""
+    near = [_nearest(x, y, edge) for edge in within(edges, x, y, reach)]
+    if not near:
+        return 0.0
+    dx, dy, _ = min(near, key=lambda each: each[2])
+    s, c = ops.sincos(chi)
+    return -1.0 if c * dy - s * dx > 0.0 else 1.0
+
+
 def ashore(x0: R, y0: R, x1: R, y1: R, edges: Sequence[Edge], near: float) -> R:
     """1 where the leg from (x0, y0) to (x1, y1) comes nearer than `near` [m] to an edge, or crosses it."""
-    hit = ops.zero(x0)
+    return ops.flag(offing(x0, y0, x1, y1, edges, near) < near, x0)
+
+
+def offing(x0: R, y0: R, x1: R, y1: R, edges: Sequence[Edge], near: float) -> R:
+    """How near the leg from (x0, y0) to (x1, y1) comes to an edge, 0 where it crosses one; only if that is `near` [m]."""
+    least = ops.full(x0, FAR_M)
     for ax, ay, bx, by in edges:
         long = ops.hypot(bx - ax, by - ay)
         ex, ey = (bx - ax) / long, (by - ay) / long
         px, py, qx, qy = x0 - ax, y0 - ay, x1 - ax, y1 - ay
         leg = px * ex + py * ey, py * ex - px * ey, qx * ex + qy * ey, qy * ex - qx * ey
-        hit = ops.where(_least(*leg, long, near) < near, 1.0, hit)
-    return hit
+        least = ops.minimum(least, _least(*leg, long, near))
+    return least
 
 
 def _least(x0: R, y0: R, x1: R, y1: R, long: float, near: float) -> R:

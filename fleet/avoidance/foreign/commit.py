@@ -43,7 +43,8 @@ def decide(
             return memory
         return act(boats, mates, picture, memory, first.number, reason(first), params, now)
     numbers = watched(memory.encounters)
-    free = all(e.entry >= NEVER_S for e in memory.encounters if e.number in numbers)
+    far = {d.number: d.T_gw for d in picture.domains}
+    free = all(e.entry >= (NEVER_S if e.number in numbers else far[e.number]) for e in memory.encounters)
     memory = structs.replace(memory, free_s=memory.free_s + params.period_s if free else 0.0)
     if memory.free_s >= params.clear_s:
         return _resume(boats, memory, params, now)
@@ -77,7 +78,7 @@ class Failure(Struct, frozen=True, gc=False):
 
 
 def _fails(picture: Picture, memory: Memory, new: Sequence[Encounter], now: float) -> Failure | None:
-    """What the held action fails on: nearer than 0.85 C, growth halved, within T_gw (T_so where we stand on)."""
+    """What the held action fails on: nearer than 0.92 C, growth halved, within T_gw (T_so where we stand on)."""
     if now + TICK_S < memory.ordered.at:
         return None
     fresh = {e.number for e in new}
@@ -90,14 +91,19 @@ def _fails(picture: Picture, memory: Memory, new: Sequence[Encounter], now: floa
             continue
         if t < NEVER_S and (worst is None or t < worst.entry):
             worst = Failure(d.number, t, Reason.NEW_TARGET if d.number in fresh else Reason.HELD_FAILS)
-    if worst is None and memory.banked > 0.5:
+    if worst is None and memory.banked > 0.5 and memory.reason != Reason.BANK:
         return Failure(-1.0, NEVER_S, Reason.BANK)
     return worst
 
 
 def _alongside(picture: Picture, memory: Memory, params: ForeignParams) -> Memory:
-    """Count how long the course of the path has been clear beside the path, while the path itself is not."""
-    counts = memory.ordered.a != 0.0 and memory.ordered.at <= memory.due_s and picture.beside
+    """Count how long the course of the path has been clear beside the path, while the path itself is not.
+
+    Not for vessels as fast as the boat: they are soon past, and until then the room to the side is worth having.
+    """
+    fast = {d.number for d in picture.domains if picture.own.cruise <= d.U}
+    soon_past = any(e.acting > 0.5 and e.entry < NEVER_S and e.number in fast for e in memory.encounters)
+    counts = memory.ordered.a != 0.0 and memory.ordered.at <= memory.due_s and picture.beside and not soon_past
     return structs.replace(memory, beside_s=memory.beside_s + params.period_s if counts else 0.0)
 
 

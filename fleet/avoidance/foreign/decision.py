@@ -15,7 +15,7 @@ from functools import lru_cache
 from msgspec import Struct, structs
 
 from fleet import ops
-from fleet.avoidance.foreign.banks import ashore
+from fleet.avoidance.foreign.banks import off_shore, offing
 from fleet.avoidance.foreign.domain import Domain
 from fleet.avoidance.foreign.encounter import BY_STARBOARD, Bearing
 from fleet.avoidance.foreign.nearness import Ways, free_after, nearness, part, stacked
@@ -30,6 +30,7 @@ SET_OUT, STEP, FREE_STEP, BANKED_STEP, EDGE, CORNER = 7.0, 1.2, 0.1, 1.5, 0.6, 3
 WAYS = 800  # and as much again for each so many of them
 PRICE, LEG = 30.0, 3.6e-3  # of a price: calls, and each leg to each guess of a vessel
 MOST_AT_ONCE = 2  # more boats than that: the outermost first
+ABOUT_RAD = 2.0  # larger turns beside a bank go round off it, even where that is the longer way
 FASTER = 1.05  # an emergency speed that is not this much faster is none
 _DEG = ops.PI / 180.0
 _LARGEST_TURN = 200.0
@@ -115,7 +116,7 @@ def prepare() -> None:
 
 def begin(scene: Scene, target: float, cause: Reason, params: ForeignParams) -> Search:
     """Of every candidate its own price is known."""
-    trials = tuple(_trials(scene, params))
+    trials = tuple(_trials(scene, cause, params))
     known = tuple(sorted((each.price, i, 0) for i, each in enumerate(trials)))
     return Search(scene, trials, known, target, cause)
 
@@ -202,16 +203,22 @@ def outermost(boats: Sequence[Afloat]) -> tuple[int, ...]:
     return tuple(sorted(places))
 
 
-def _trials(scene: Scene, params: ForeignParams) -> list[Trial]:
+def _trials(scene: Scene, cause: Reason, params: ForeignParams) -> list[Trial]:
     """The candidates that are open; the path's course at full speed only for who has left it."""
     lead, own, held = scene.boats[0], scene.own, scene.held
     port_is_closed = _port_is_closed(own, scene.domains, scene.encounters)
+    circle = 2.0 * lead.limits.speed_max_mps / lead.limits.yaw_rate_max_radps
+    aside = off_shore(lead.x, lead.y, lead.chi, scene.edges, circle + params.bank_m)
     trials = []
     for c in candidates(lead.limits.speed_max_mps / ops.maximum(lead.cruise, 1e-6), params):
         if held.acting > 0.5 or c.a != 0.0 or c.factor != 1.0:
             s, k = ops.sincos(c.a)
-            action = Action(1.0, c.a, c.factor, own.ex * k - own.ey * s, own.ex * s + own.ey * k, c.sense, 0.0)
+            cx, cy = own.ex * k - own.ey * s, own.ex * s + own.ey * k
+            about = aside != 0.0 and c.sense == 0.0 and abs(left_to_turn(lead.chi, cx, cy, 0.0)) > ABOUT_RAD
+            action = Action(1.0, c.a, c.factor, cx, cy, aside if about else c.sense, 0.0)
             price = c.price + (params.port_turn if port_is_closed and c.a < 0.0 < c.factor else 0.0)
+            if cause is Reason.REVIEW and (action.a != held.a or action.factor != held.factor):
+                price += params.review_gain
             trials.append(Trial(price + _change(action, held, params), action, c.detour))
     return trials
 
@@ -229,8 +236,8 @@ def _consequences(ways: Ways, scene: Scene, trials: Sequence[Trial], params: For
     price = np.array([each.detour for each in trials]) * (free_after(ways, scene.own, met, params) / params.delay_s)
     price = price + nearness(ways, scene.boats[0], domains, _sides(scene, params), scene.mates, params)
     if edges:
-        hit = ashore(ways.x[:-1], ways.y[:-1], ways.x[1:], ways.y[1:], edges, params.ashore_m)
-        price = price + params.aground * hit.max(axis=0).max(axis=0)
+        off = offing(ways.x[:-1], ways.y[:-1], ways.x[1:], ways.y[1:], edges, params.ashore_m).min(axis=0).min(axis=0)
+        price = price + params.aground * np.where(off < params.ashore_m, 2.0 - off / params.ashore_m, 0.0)
     found: list[float] = price.tolist()
     return found
 

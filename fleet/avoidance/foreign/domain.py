@@ -44,6 +44,7 @@ class Domain(Struct, frozen=True, gc=False):
     T_gw: float  # time before entry at which a give-way boat acts [s]
     T_so: float  # time before entry at which a stand-on boat acts [s]
     H: float  # how far ahead it is looked at [s]
+    vague: float = 0.0  # by how much its course is unknown, 0 to 1; 1 where it is slow
 
 
 def domain(target: TargetLike, cruise: float, extent: float, params: ForeignParams) -> Domain:
@@ -58,11 +59,12 @@ def domain(target: TargetLike, cruise: float, extent: float, params: ForeignPara
     L, vx, vy = target.length, target.vx, target.vy
     U = ops.hypot(vx, vy)
     sigma_p, sigma_v = ops.sqrt(target.P11), ops.sqrt(target.P22)
-    slow = ops.maximum(params.slow_mps, ops.minimum(params.slow_max_mps, 2.0 * sigma_v)) > U
+    slow_below = ops.maximum(params.slow_mps, ops.minimum(params.slow_max_mps, 2.0 * sigma_v))
+    slow = slow_below > U
     c = ops.clip(params.margin_per_m * L, params.margin_min_m, params.margin_max_m)
     blur = ops.minimum(sigma_p, 0.5 * c)
-    half = 0.0 if slow else params.half_share * L
-    round_it = params.half_share * L if slow else 0.0
+    vague = _vague(U, slow_below, sigma_v, params)
+    half, round_it = (1.0 - vague) * params.half_share * L, vague * params.half_share * L
     C = params.own_m + params.beam_share * L + c + round_it + blur
     T_need = params.react_s + (C + extent) / ops.maximum(cruise, params.least_speed_mps)
     T_gw = 2.0 * T_need + params.give_way_s
@@ -70,11 +72,11 @@ def domain(target: TargetLike, cruise: float, extent: float, params: ForeignPara
         number=target.number,
         x=target.x,
         y=target.y,
-        guesses=_guesses(target, U, slow, params),
+        guesses=_guesses(target, U, slow, 1.0 - vague * _noise(U, sigma_v), params),
         U=U,
         slow=1.0 if slow else 0.0,
         astern=-half,
-        ahead=half if slow else half + ops.minimum(params.bow_s * U, params.bow_lengths * L),
+        ahead=half + (1.0 - vague) * ops.minimum(params.bow_s * U, params.bow_lengths * L),
         half=half,
         C=C,
         grow=sigma_v,
@@ -85,20 +87,42 @@ def domain(target: TargetLike, cruise: float, extent: float, params: ForeignPara
         T_gw=T_gw,
         T_so=params.stand_on_factor * T_need + params.stand_on_s,
         H=params.horizon_factor * T_gw,
+        vague=vague,
     )
 
 
-def _guesses(target: TargetLike, U: float, slow: bool, params: ForeignParams) -> tuple[Guess, ...]:
-    """Straight on, and where it turns also by its turn rate times 6 s."""
+def _vague(U: float, slow_below: float, sigma_v: float, params: ForeignParams) -> float:
+    """1 below the speed at which a course is known, 0 three standard deviations above it, and between them in between.
+
+    A vessel of about that speed would otherwise have a large round domain at one look and a narrow one at the next.
+    """
+    if slow_below > U:
+        return 1.0
+    fade = params.vague_sigmas * sigma_v
+    return ops.maximum(1.0 - (U - slow_below) / fade, 0.0) if fade > 0.0 else 0.0
+
+
+def _noise(U: float, sigma_v: float) -> float:
+    """How much of a velocity is likely to be noise: 2 sigma_v^2 / (U^2 + 2 sigma_v^2)."""
+    noise = 2.0 * sigma_v * sigma_v
+    return noise / (U * U + noise) if noise > 0.0 else 0.0
+
+
+def _guesses(target: TargetLike, U: float, slow: bool, share: float, params: ForeignParams) -> tuple[Guess, ...]:
+    """Straight on, and where it turns also by its turn rate times 6 s.
+
+    Args:
+        share: of its velocity that is believed; one that lies still would otherwise wander off by its noise
+    """
     vx, vy = target.vx, target.vy
     if U <= 0.0:
         return (Guess(0.0, 0.0, 1.0, 0.0),)
-    straight = Guess(vx, vy, vx / U, vy / U)
+    straight = Guess(share * vx, share * vy, vx / U, vy / U)
     if target.om == 0.0 or slow:
         return (straight,)
     s, c = ops.sincos(target.om * params.turn_s)
     tx, ty = vx * c - vy * s, vx * s + vy * c
-    return straight, Guess(tx, ty, tx / U, ty / U)
+    return straight, Guess(share * tx, share * ty, tx / U, ty / U)
 
 
 def clearance(d: Domain, t: R, growth: float = 1.0) -> R:

@@ -20,6 +20,7 @@ CONFIRM_DOWN_S = 1.0  # a look that sees no need takes this from the count
 ALIKE_MPS = 1.0e-9
 
 _GIVE_WAY = (float(Kind.STATIC), float(Kind.OVERTAKING), float(Kind.HEAD_ON), float(Kind.CROSSING_GIVE_WAY))
+_EITHER_SIDE = (float(Kind.STATIC), float(Kind.OVERTAKING))  # no rule asks for one
 BY_STARBOARD = (float(Kind.HEAD_ON), float(Kind.CROSSING_GIVE_WAY))
 """Rules 14 and 15: the way that turns to port is closed."""
 
@@ -63,8 +64,7 @@ def classify(own: Bearing, d: Domain, params: ForeignParams) -> tuple[float, flo
     fo = (px * own.ex + py * own.ey) * per
     ft = -(px * g.ex + py * g.ey) * per
     ee = own.ex * g.ex + own.ey * g.ey
-    wx, wy = own.cruise * own.ex - g.vx, own.cruise * own.ey - g.vy
-    miss = (px * wy - py * wx) / ops.maximum(ops.hypot(wx, wy), ALIKE_MPS)
+    miss = _miss(own, d)
     passing = 1.0 if miss > -params.overtaking_miss_m else -1.0
     if d.slow > 0.5:
         likely = _crosses_from_starboard(fo, ft, ee, own, d, px, py) and params.slow_mps < d.U
@@ -78,6 +78,14 @@ def classify(own: Bearing, d: Domain, params: ForeignParams) -> tuple[float, flo
     if own.ex * py - own.ey * px >= 0.0:
         return float(Kind.CROSSING_GIVE_WAY), 1.0
     return float(Kind.CROSSING_STAND_ON), 0.0
+
+
+def _miss(own: Bearing, d: Domain) -> float:
+    """How far off it is passed on the path's course from here, > 0 where it is left to port [m]."""
+    g = d.guesses[0]
+    px, py = d.x - own.x, d.y - own.y
+    wx, wy = own.cruise * own.ex - g.vx, own.cruise * own.ey - g.vy
+    return (px * wy - py * wx) / ops.maximum(ops.hypot(wx, wy), ALIKE_MPS)
 
 
 def believed(own: Bearing, d: Domain, params: ForeignParams) -> tuple[float, float]:
@@ -107,12 +115,22 @@ def _crosses_from_starboard(fo: float, ft: float, ee: float, own: Bearing, d: Do
     return not astern and (ahead or own.ex * py - own.ey * px >= 0.0)
 
 
-def look(before: Encounter | None, own: Bearing, d: Domain, entry: float, params: ForeignParams) -> Encounter | None:
+def look(
+    before: Encounter | None,
+    own: Bearing,
+    d: Domain,
+    entry: float,
+    params: ForeignParams,
+    acts: bool = False,
+    crowd: bool = False,
+) -> Encounter | None:
     """The encounter after one more look, `params.period_s` after the last one; None while there is none.
 
     Args:
         before: as it was, None for a vessel without risk so far
         entry: earliest entry into its domain on the paths, NEVER_S none [s]
+        acts: the boat has left its path, perhaps for another vessel: from there no class is made anew for doubt
+        crowd: it meets several at once: T_so clears one and rule 17 is for two vessels, so it acts as if it gave way
     """
     risk = entry < NEVER_S
     if before is None:
@@ -121,10 +139,12 @@ def look(before: Encounter | None, own: Bearing, d: Domain, entry: float, params
         kind, side = believed(own, d, params)
         g = d.guesses[0]
         before = Encounter(d.number, kind, side, g.ex, g.ey, 0.0, 0.0, 0.0, 0.0, entry)
-    elif _turned(before, d, params) or _provisional(before, d, params):
+    elif _turned(before, d, params) or (_provisional(before, d, params) and not acts):
         kind, side = believed(own, d, params)
         g = d.guesses[0]
         before = structs.replace(before, kind=kind, side=0.0 if before.acting > 0.5 else side, ex=g.ex, ey=g.ey)
+    if before.kind in _EITHER_SIDE and before.side * _miss(own, d) < -d.C:
+        before = structs.replace(before, side=-before.side)
     dt, g = params.period_s, d.guesses[0]
     px, py = d.x - own.x, d.y - own.y
     opening = px * (own.vx - g.vx) + py * (own.vy - g.vy) < 0.0
@@ -133,7 +153,8 @@ def look(before: Encounter | None, own: Bearing, d: Domain, entry: float, params
     if clear >= params.clear_s or (before.acting < 0.5 and calm >= params.calm_s):
         return None
     near = ops.hypot(px, py) < params.near_m
-    due = entry < d.T_gw or (risk and near) if role(before.kind) == Role.GIVE_WAY else entry < d.T_so
+    early = entry < d.T_gw
+    due = early or (risk and near) if role(before.kind) == Role.GIVE_WAY else entry < d.T_so or (crowd and early)
     count = min(before.count + dt, params.confirm_s) if due else max(before.count - CONFIRM_DOWN_S, 0.0)
     if due and entry < params.urgent_s:
         count = params.confirm_s
@@ -145,7 +166,7 @@ def _turned(before: Encounter, d: Domain, params: ForeignParams) -> bool:
     if d.slow > 0.5:
         return False
     if before.kind == Kind.STATIC:
-        return True
+        return d.vague < 0.5
     g = d.guesses[0]
     off = abs(ops.atan2(before.ex * g.ey - before.ey * g.ex, before.ex * g.ex + before.ey * g.ey))
     return off > params.turned_rad + 2.0 * d.sigma_v / d.U

@@ -27,6 +27,7 @@ class ForeignParams(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     bow_lengths: NotNegative = 3.0  # but no more lengths than this
     slow_mps: Positive = 0.3  # below it a course is unknown; up to
     slow_max_mps: Positive = 0.6  # when the velocity is uncertain
+    vague_sigmas: NotNegative = 3.0  # standard deviations of the velocity above that, up to which a course is in doubt
     turn_s: NotNegative = 6.0  # of turning at its rate: the second guess of its velocity
 
     # times
@@ -40,7 +41,8 @@ class ForeignParams(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     opening_s: NotNegative = 4.0  # already inside a domain: judge from then on
 
     # when
-    acting_factor: Positive = 1.1  # of C while acting, and in every price
+    acting_factor: Positive = 1.1  # of C in every price
+    clear_factor: Positive = 1.25  # of C on the path while acting: what is resumed is not given up again for noise
     near_m: Positive = 30.0  # at risk and this near: give way now
     confirm_s: Positive = 1.5
     urgent_s: Positive = 8.0
@@ -53,7 +55,7 @@ class ForeignParams(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     doubt_rad: NotNegative = 0.2617993877991494  # 15 deg: a course is so far wrong at most, for rule 14 c
     unsure_rad: Positive = 0.1  # one standard deviation of a course, above which a class is made anew at every look
     overtaking_miss_m: NotNegative = 4.0
-    held_factor: Positive = 0.85
+    held_factor: Positive = 0.92
     held_bad_s: Positive = 1.0
     held_least_s: Positive = 5.0
     held_urgent_s: Positive = 4.0
@@ -77,6 +79,7 @@ class ForeignParams(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     change: NotNegative = 0.3  # of |change of course| / pi while acting
     change_speed: NotNegative = 0.2
     flip: NotNegative = 2.0
+    review_gain: NotNegative = 1.0  # what another action must be better by where the one held still keeps clear
     aground: NotNegative = 3000.0
 
     # mates that decide for themselves

@@ -130,6 +130,8 @@ class Sailing(Struct, Generic[R], frozen=True, gc=False):
     U: R  # at the last vertex [m/s]
     r: R
     turned: R  # since the start [rad]
+    hx: R  # unit vector of its course of late, by which it goes along banks
+    hy: R
     way: Way[R]
 
     @property
@@ -140,7 +142,8 @@ class Sailing(Struct, Generic[R], frozen=True, gc=False):
 
 def set_out(m: Motion[R], left: R, cx: R, cy: R, u_d: R, horizon: float) -> Sailing[R]:
     """The start of the way of a boat that turns by `left` [rad] to the course (cx, cy) and holds it at speed u_d."""
-    return Sailing(m, left, cx, cy, u_d, horizon, m.U, m.r, ops.zero(left), Way([0.0], [m.x], [m.y]))
+    hy, hx = ops.sincos(m.chi)
+    return Sailing(m, left, cx, cy, u_d, horizon, m.U, m.r, ops.zero(left), hx, hy, Way([0.0], [m.x], [m.y]))
 
 
 def sail_on(one: Sailing[R], edges: Sequence[Edge], steps: float, params: ForeignParams) -> Sailing[R]:
@@ -149,7 +152,7 @@ def sail_on(one: Sailing[R], edges: Sequence[Edge], steps: float, params: Foreig
     Steps of 0.5 s with the real lags for 10 s, then 4 s straight on; along the banks where the course leads to one.
     """
     m, left, cx, cy, u_d, horizon = one.m, one.left, one.cx, one.cy, one.u_d, one.horizon
-    U, r, turned = one.U, one.r, one.turned
+    U, r, turned, hx, hy = one.U, one.r, one.turned, one.hx, one.hy
     way = Way(list(one.way.t), list(one.way.x), list(one.way.y))
     t, x, y = way.t[-1], way.x[-1], way.y[-1]
     last, dt = len(way.t) + steps, params.fine_s
@@ -157,15 +160,15 @@ def sail_on(one: Sailing[R], edges: Sequence[Edge], steps: float, params: Foreig
     while t < min(params.fine_for_s, horizon) and len(way.t) < last:
         off, u_now = left - turned, u_d
         if edges:
-            bent = bend(x, y, cx, cy, U, m.r_max, edges, params)
+            bent = bend(x, y, cx, cy, hx, hy, U, m.r_max, edges, params)
             if ops.some(bent.bent > 0.5):
                 s, c = ops.sincos(m.chi + turned)
                 aside = ops.atan2(c * bent.cy - s * bent.cx, c * bent.cx + s * bent.cy)
                 off, u_now = ops.where(bent.bent > 0.5, aside, off), u_now * bent.free
         r = r + stir * (ops.clip(params.k1 * off, -m.r_max, m.r_max) - r)
         U = U + dt * ops.clip((u_now - U) * push, -m.a_max, m.a_max)
-        s, c = ops.sincos(m.chi + (turned + 0.5 * dt * r))
-        x, y, turned = x + dt * U * c, y + dt * U * s, turned + dt * r
+        hy, hx = ops.sincos(m.chi + (turned + 0.5 * dt * r))
+        x, y, turned = x + dt * U * hx, y + dt * U * hy, turned + dt * r
         t += dt
         _append(way, t, x, y)
     coarse = COARSE_S if edges else params.coarse_s  # in longer steps it could get ashore before it turns
@@ -173,13 +176,13 @@ def sail_on(one: Sailing[R], edges: Sequence[Edge], steps: float, params: Foreig
         dt = min(coarse, horizon - t)
         vx, vy = U * cx, U * cy
         if edges:
-            bent = bend(x, y, cx, cy, U, m.r_max, edges, params)
-            u_now = U * bent.free
+            bent = bend(x, y, cx, cy, hx, hy, U, m.r_max, edges, params)
+            u_now, hx, hy = U * bent.free, bent.cx, bent.cy
             vx, vy = u_now * bent.cx, u_now * bent.cy
         x, y = x + dt * vx, y + dt * vy
         t += dt
         _append(way, t, x, y)
-    return Sailing(m, left, cx, cy, u_d, horizon, U, r, turned, way)
+    return Sailing(m, left, cx, cy, u_d, horizon, U, r, turned, hx, hy, way)
 
 
 def holding(

@@ -90,7 +90,7 @@ def look_on(
             left -= _work(len(domains), held_on, near)
         if glance.done < glance.boats:
             return None, structs.replace(memory, glance=glance)
-    encounters = _encounters(glance, own, domains, memory.encounters, params, now)
+    encounters = _encounters(glance, own, domains, memory, params, now)
     held = tuple((one.number, ops.maximum(one.held - now, 0.0)) for one in glance.seen if one.held < NEVER_S)
     memory = structs.replace(memory, encounters=encounters, glance=None)
     return Picture(own, domains, encounters, near if encounters or acts else (), held, glance.beside > 0.5), memory
@@ -116,7 +116,7 @@ def _looked(
 ) -> Glance:
     """One more boat has been looked at."""
     acts = action.acting > 0.5
-    factor = params.acting_factor if acts else 1.0
+    factor = params.clear_factor if acts else 1.0
     path = following(boat, max(d.H for d in domains) + back, params)
     on_it = holding_on(boat, action, turning, edges, max(d.T_gw for d in domains), params) if acts else None
     by_number = {d.number: d for d in domains}
@@ -146,13 +146,15 @@ def _encounters(
     glance: Glance,
     own: Bearing,
     domains: Sequence[Domain],
-    known: Sequence[Encounter],
+    memory: Memory,
     params: ForeignParams,
     now: float,
 ) -> tuple[Encounter, ...]:
     """The encounters after the look."""
-    before = {e.number: e for e in known}
+    before, acts = {e.number: e for e in memory.encounters}, memory.ordered.acting > 0.5
     by_number = {d.number: d for d in domains}
+    met = [one for one in glance.seen if one.number in by_number]
+    crowd = not acts and sum(one.entry - now < by_number[one.number].T_gw for one in met) > 1
     looked = (
         look(
             before.get(one.number),
@@ -160,9 +162,10 @@ def _encounters(
             by_number[one.number],
             NEVER_S if one.entry >= NEVER_S else max(one.entry - now, 0.0),
             params,
+            acts,
+            crowd,
         )
-        for one in glance.seen
-        if one.number in by_number
+        for one in met
     )
     return tuple(e for e in looked if e is not None)
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fleet.avoidance.foreign.banks import ashore, bend, within
+from fleet.avoidance.foreign.banks import ashore, bend, off_shore, within
 from fleet.avoidance.foreign.domain import gap
 from fleet.avoidance.foreign.rollout import holding, motion
 
@@ -20,28 +20,51 @@ BANK = (-500.0, 15.0, 500.0, 15.0)
 
 def test_a_course_along_or_off_the_bank_is_left_alone() -> None:
     for cx, cy in ((1.0, 0.0), (0.0, -1.0)):
-        found = bend(0.0, 14.0, cx, cy, 1.0, 0.35, (BANK,), P)
+        found = bend(0.0, 14.0, cx, cy, cx, cy, 1.0, 0.35, (BANK,), P)
         assert (found.bent, found.cx, found.cy) == (0.0, cx, cy)
 
 
 def test_a_course_across_turns_within_its_turning_circle_and_the_margin() -> None:
     room = 2.0 + 0.6 + 1.0 / 0.35  # g = 90 deg at 1 m/s
-    assert bend(0.0, 15.0 - room - 0.01, 0.0, 1.0, 1.0, 0.35, (BANK,), P).bent == 0.0
-    found = bend(0.0, 15.0 - room + 0.01, 0.1, math.sqrt(0.99), 1.0, 0.35, (BANK,), P)
+    assert bend(0.0, 15.0 - room - 0.01, 0.0, 1.0, 0.0, 1.0, 1.0, 0.35, (BANK,), P).bent == 0.0
+    found = bend(0.0, 15.0 - room + 0.01, 0.1, math.sqrt(0.99), 0.1, math.sqrt(0.99), 1.0, 0.35, (BANK,), P)
     assert found.bent == 0.0 or (found.cx, found.cy) == (1.0, 0.0)
-    near = bend(0.0, 12.0, 0.1, math.sqrt(0.99), 1.0, 0.35, (BANK,), P)
+    near = bend(0.0, 12.0, 0.1, math.sqrt(0.99), 0.1, math.sqrt(0.99), 1.0, 0.35, (BANK,), P)
     assert (near.bent, near.cx, near.cy, near.free) == (1.0, 1.0, 0.0, 1.0)
+
+
+@pytest.mark.parametrize("course", [30.0, 89.0, 90.0, 91.0, 150.0])
+def test_a_boat_that_goes_along_the_bank_does_not_turn_through_it(course: float) -> None:
+    cx, cy = math.cos(math.radians(course)), math.sin(math.radians(course))
+    back, on = (bend(0.0, 14.0, cx, cy, hx, 0.0, 1.0, 0.35, (BANK,), P) for hx in (-1.0, 1.0))
+    assert (back.bent, back.cx, back.cy) == (1.0, -1.0, 0.0)
+    assert (on.bent, on.cx, on.cy) == (1.0, 1.0, 0.0)
+
+
+@pytest.mark.parametrize(("course", "way"), [(88.0, 1.0), (92.0, -1.0)])
+def test_a_course_square_to_the_bank_turns_the_way_in_which_the_boat_already_turns(course: float, way: float) -> None:
+    hx, hy = math.cos(math.radians(course)), math.sin(math.radians(course))
+    for cx in (-1.0e-16, 0.0, 1.0e-16):
+        assert bend(0.0, 12.0, cx, 1.0, hx, hy, 1.0, 0.35, (BANK,), P).cx == way
+
+
+def test_the_way_round_that_leads_off_the_nearest_bank() -> None:
+    west = (-500.0, -4.0, 500.0, -4.0)
+    assert off_shore(0.0, 8.0, 0.0, (BANK,), 9.0) == -1.0  # it lies to starboard
+    assert off_shore(0.0, 8.0, math.pi, (BANK,), 9.0) == 1.0
+    assert off_shore(0.0, 0.0, 0.0, (BANK, west), 20.0) == 1.0  # the nearer one lies to port
+    assert off_shore(0.0, 0.0, 0.0, (BANK,), 9.0) == 0.0
 
 
 def test_in_a_corner_the_boat_stops() -> None:
     corner = (BANK, (3.0, -50.0, 3.0, 15.0))
-    found = bend(0.0, 12.0, 0.1, math.sqrt(0.99), 1.0, 0.35, corner, P)
+    found = bend(0.0, 12.0, 0.1, math.sqrt(0.99), 0.1, math.sqrt(0.99), 1.0, 0.35, corner, P)
     assert (found.bent, found.free) == (1.0, 0.0)
 
 
 def test_two_edges_in_line_are_no_corner() -> None:
     line = ((-500.0, 15.0, 5.0, 15.0), (5.0, 15.0, 500.0, 15.0))
-    found = bend(0.0, 12.0, 0.1, math.sqrt(0.99), 1.0, 0.35, line, P)
+    found = bend(0.0, 12.0, 0.1, math.sqrt(0.99), 0.1, math.sqrt(0.99), 1.0, 0.35, line, P)
     assert (found.bent, found.free) == (1.0, 1.0)
 
 
@@ -76,9 +99,9 @@ def test_lanes_bend_as_boats_alone() -> None:
     cx, cy = np.cos(angle), np.sin(angle)
     edges = (BANK, (3.0, -50.0, 3.0, 15.0))
     r_max = np.full(40, 0.35)
-    lanes = bend(0.0 * y, y, cx, cy, 0.0 * y + 1.2, r_max, edges, P)
+    lanes = bend(0.0 * y, y, cx, cy, -cy, cx, 0.0 * y + 1.2, r_max, edges, P)
     for k in range(40):
-        alone = bend(0.0, float(y[k]), float(cx[k]), float(cy[k]), 1.2, 0.35, edges, P)
+        alone = bend(0.0, float(y[k]), float(cx[k]), float(cy[k]), -float(cy[k]), float(cx[k]), 1.2, 0.35, edges, P)
         assert (alone.cx, alone.cy, alone.bent, alone.free) == pytest.approx(
             (lanes.cx[k], lanes.cy[k], lanes.bent[k], lanes.free[k]), abs=0.0
         )

@@ -15,7 +15,7 @@ from fleet.avoidance.foreign.domain import domain, gap
 from fleet.avoidance.foreign.encounter import bearing, look
 from fleet.avoidance.foreign.nearness import part, stacked
 from fleet.avoidance.foreign.rollout import entry as entry_of
-from fleet.avoidance.foreign.rollout import following, sail_on
+from fleet.avoidance.foreign.rollout import following, holding, left_to_turn, motion, sail_on
 from fleet.avoidance.foreign.types import Afloat
 from fleet.sensing import Target
 
@@ -215,3 +215,24 @@ def test_no_domain_is_given_up_for_a_side_that_no_rule_asks_for() -> None:
         sides[kind] = decisions._sides(structs.replace(given, encounters=met), P)[1.0]
     assert sides == {Kind.OVERTAKEN: (-1.0, P.other_side), Kind.HEAD_ON: (-1.0, P.wrong_side)}
     assert P.other_side < 0.1 * (P.worst + P.each) < P.wrong_side
+
+
+def test_a_review_changes_what_still_serves_only_for_a_good_deal_less() -> None:
+    held = structs.replace(FOLLOW_PATH, acting=1.0, a=math.radians(45.0), cx=math.cos(0.7854), cy=math.sin(0.7854))
+    best = {}
+    for cause in (Reason.HELD_FAILS, Reason.REVIEW):
+        search = begin(scene([meeting(180.0, 3.0, 60.0)], held=held), 1.0, cause, P)
+        while (found := decisions.chosen(search)) is None:
+            search = go_on(search, P)
+        best[cause] = round(math.degrees(found.a))
+    assert best == {Reason.HELD_FAILS: 30, Reason.REVIEW: 45}
+
+
+@pytest.mark.parametrize("chi", [0.0, 2.6, math.pi])
+def test_within_a_metre_of_a_bank_no_way_is_taken_that_leads_over_it(chi: float) -> None:
+    """All ways begin too near to it; they differ by how near they come."""
+    bank, here = (-500.0, 15.0, 500.0, 15.0), boat(y=14.2, chi=chi)
+    action = chosen([meeting(180.0, 1.0, 60.0)], (here,), edges=(bank,))
+    left = left_to_turn(chi, action.cx, action.cy, action.sense)
+    way = holding(motion(here), left, action.cx, action.cy, action.factor, (bank,), 40.0, P)
+    assert max(way.y) < 15.0

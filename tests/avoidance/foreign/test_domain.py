@@ -44,6 +44,33 @@ def test_a_vessel_without_a_course_is_a_point_with_its_length_around() -> None:
     assert domain(target(0.0, 0.0, 90.0, 0.5, P22=0.09), 1.0, 0.0, P).slow == 1.0
 
 
+def test_a_vessel_that_is_only_just_fast_enough_has_a_domain_between_the_two() -> None:
+    # sigma_v 0.1: round below 0.3 m/s, on its course from 0.6 m/s on; 0.45 m/s is half way
+    slow, between, fast = (domain(target(0.0, 0.0, 90.0, U, P22=0.01), 1.0, 0.0, P) for U in (0.29, 0.45, 0.61))
+    assert (slow.vague, fast.vague) == (1.0, 0.0)
+    assert between.vague == pytest.approx(0.5)
+    assert between.astern == pytest.approx(-4.0)
+    assert between.ahead == pytest.approx(4.0 + 0.5 * 4.5)
+    assert pytest.approx(11.2 + 4.0) == between.C
+    assert pytest.approx(11.2) == fast.C
+
+
+def test_a_velocity_that_may_be_noise_is_believed_in_part() -> None:
+    # half of the square of 0.14 m/s is noise where sigma_v is 0.1; a vessel that certainly moves is believed whole
+    (lies,) = domain(target(0.0, 0.0, 0.0, math.sqrt(0.02), P22=0.01), 1.0, 0.0, P).guesses
+    (goes,) = domain(target(0.0, 0.0, 0.0, 2.0, P22=0.01), 1.0, 0.0, P).guesses
+    assert lies.vx == pytest.approx(0.5 * math.sqrt(0.02))
+    assert (lies.ex, goes.vx, goes.ex) == (1.0, 2.0, 1.0)
+
+
+@given(st.floats(0.0, 1.5), st.floats(0.05, 0.3))
+def test_a_little_more_speed_changes_a_domain_only_a_little(U: float, sigma: float) -> None:
+    one, two = (domain(target(0.0, 0.0, 90.0, U + more, P22=sigma * sigma), 1.0, 0.0, P) for more in (0.0, 0.001))
+    # 8 m in three standard deviations at most, and the bow zone by its own 10 s
+    assert abs(one.C - two.C) <= 0.001 * 8.0 / (3.0 * sigma) + 1e-9
+    assert abs(one.ahead - two.ahead) <= 0.001 * (8.0 + 10.0 * 1.5) / (3.0 * sigma) + 0.01 + 1e-9
+
+
 def test_uncertainty_widens_the_domain_by_half_its_margin_at_most() -> None:
     d = domain(target(0.0, 0.0, 0.0, 5.0, P11=4.0, P22=0.01), 1.0, 0.0, P)
     assert pytest.approx(13.2) == d.C

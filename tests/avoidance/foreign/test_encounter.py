@@ -174,3 +174,30 @@ def test_a_class_made_on_an_uncertain_course_holds_until_it_is_known_or_acted_fo
         (after,) = looks(t, [49.0], structs.replace(before, acting=acting))
         assert after is not None
         assert after.kind == kind
+
+
+def test_off_its_path_for_another_vessel_a_boat_makes_no_class_anew_for_doubt() -> None:
+    (before,) = looks(target(200.0, -20.0, 160.0, 1.0, P22=0.04), [50.0])
+    assert before is not None
+    assert before.kind == Kind.HEAD_ON
+    aside = domain(target(200.0, -90.0, 160.0, 1.0, P22=0.04), 1.0, 0.0, P)  # as it looks from 70 m beside the path
+    there, here = look(before, OWN, aside, 49.0, P, acts=True), look(before, OWN, aside, 49.0, P)
+    assert there is not None
+    assert here is not None
+    assert (there.kind, here.kind) == (Kind.HEAD_ON, Kind.CROSSING_STAND_ON)
+
+
+def test_the_side_that_no_rule_asks_for_is_that_on_which_the_boat_has_come_to_be() -> None:
+    lies = domain(target(100.0, -10.0), 1.0, 0.0, P)
+    before = look(None, OWN, lies, 50.0, P)
+    assert before is not None
+    acted = structs.replace(before, acting=1.0, side=-1.0)
+    near, far = (
+        bearing(boat(y=y)) for y in (lies.C - 11.0, lies.C - 9.0)
+    )  # passed at C - 1 m and C + 1 m on its other side
+    sides = [after.side for own in (near, far) if (after := look(acted, own, lies, 50.0, P, acts=True)) is not None]
+    assert sides == [-1.0, 1.0]
+    crossing = structs.replace(acted, kind=float(Kind.CROSSING_GIVE_WAY))
+    after = look(crossing, far, lies, 50.0, P, acts=True)
+    assert after is not None
+    assert after.side == -1.0

@@ -7,7 +7,19 @@ import math
 import pytest
 from msgspec import structs
 
-from fleet.avoidance.foreign import START, Kind, Mate, Memory, Order, Reason, Role, keep_clear, order_of, sail_order
+from fleet.avoidance.foreign import (
+    NEVER_S,
+    START,
+    Kind,
+    Mate,
+    Memory,
+    Order,
+    Reason,
+    Role,
+    keep_clear,
+    order_of,
+    sail_order,
+)
 from fleet.avoidance.foreign.domain import domain
 from fleet.paths import sine
 
@@ -33,6 +45,7 @@ def test_nobody_enters_the_domain_of_a_vessel_that_holds_its_course(course: floa
     assert last.reason == Reason.CLEAR
     assert abs(sea.hull.y) < 1.0
     assert len(sea.decisions) <= 3  # one alteration, perhaps going on beside the path, and back
+    assert U < 1.0 or Reason.BESIDE not in [one.reason for one in sea.decisions]  # a faster vessel is soon past
 
 
 @pytest.mark.parametrize("course", [180.0, -90.0, -120.0])
@@ -51,6 +64,15 @@ def test_who_stands_on_keeps_course_until_the_last_moment_for_acting_alone() -> 
     assert first.role == Role.STAND_ON
     assert d.T_so - 2.5 < first.entry < d.T_so
     assert not (first.a < 0.0 and first.factor > 0.0)  # rule 17 c
+
+
+def test_who_meets_several_does_not_stand_on_until_one_could_just_be_cleared() -> None:
+    pair = [meeting(90.0, 3.0, 120.0), meeting(10.0, 3.0, 125.0, number=2.0)]
+    sea = Sea(pair).sail(160.0)
+    first, d = sea.decisions[0], domain(pair[0], 1.0, 0.0, P)
+    assert first.reason == Reason.STAND_ON
+    assert d.T_so + 10.0 < first.entry < d.T_gw
+    assert sea.nearest >= 1.0
 
 
 def test_a_vessel_that_passes_well_clear_changes_nothing() -> None:
@@ -161,6 +183,26 @@ def test_a_slow_vessel_is_overtaken_in_parallel() -> None:
     assert [one.reason for one in sea.decisions] == [Reason.GIVE_WAY, Reason.BESIDE, Reason.CLEAR]
     assert 11.2 < east < 45.0
     assert sea.nearest >= 1.0
+
+
+@pytest.mark.parametrize(("after_s", "reason"), [(48.0, Reason.NONE), (65.0, Reason.CLEAR)])
+def test_nobody_goes_back_to_a_path_that_a_vessel_to_stand_on_for_is_about_to_cross(
+    after_s: float, reason: Reason
+) -> None:
+    held = structs.replace(START.sailed, acting=1.0, a=math.radians(30.0), cx=math.cos(0.52), cy=math.sin(0.52))
+    memory = structs.replace(START, ordered=held, sailed=held, decided_s=0.0, free_s=P.clear_s - 0.5)
+    memory, advice = keep_clear((boat(),), (meeting(90.0, 3.0, after_s),), (), (), memory, P, 10.0)
+    assert memory.encounters[0].kind == Kind.CROSSING_STAND_ON
+    assert memory.reason == reason
+    assert advice.acting == (1.0 if reason is Reason.NONE else 0.0)
+
+
+def test_what_is_resumed_is_clear_by_a_quarter_more_than_what_is_given_up() -> None:
+    t = target(60.0, 13.0, 180.0, 1.0)  # C is 11.2 m: 13 m aside is no risk, but not enough to go back to
+    held = structs.replace(START.sailed, acting=1.0, a=math.radians(-30.0), cx=math.cos(0.52), cy=-math.sin(0.52))
+    acting = structs.replace(START, ordered=held, sailed=held, decided_s=0.0)
+    assert keep_clear((boat(),), (t,), (), (), START, P, 10.0)[1].entry == NEVER_S
+    assert keep_clear((boat(),), (t,), (), (), acting, P, 10.0)[1].entry < 30.0
 
 
 def test_a_boat_off_its_path_looks_beyond_the_moment_when_it_is_back() -> None:

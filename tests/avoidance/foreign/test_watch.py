@@ -43,7 +43,7 @@ def test_a_look_at_ten_boats_goes_on_over_some_ticks_and_sees_the_same_as_at_onc
     assert memory.due_s > 10.0
     ways = [following(each, 400.0, P) for each in COLUMN]
     for d in picture.domains:
-        first = min(entry(way, d, 400.0, 1.1, 1.0, 0.0) for way in ways)
+        first = min(entry(way, d, 400.0, P.clear_factor, 1.0, 0.0) for way in ways)
         (met,) = (e for e in picture.encounters if e.number == d.number)
         assert abs(met.entry - first) < 1e-9
 
