@@ -42,7 +42,7 @@ def bend(
         parallel within 2 m + 0.6 s u + (1 - cos g) u / r_max of the edge, g the angle between course and edge
 
     Parallel is the way in which the boat goes already (the other one would be a turn through the edge); where it goes
-    straight at the edge, that which is nearer to the course.
+    straight at the edge, that which is nearer to the course. Within 2 m it is up to 45 deg off the edge.
 
     Args:
         hx, hy: unit vector of the course on which the boat is
@@ -66,7 +66,10 @@ def bend(
     gone = hy * nx - hx * ny
     leading = ops.where((abs(gone) > STRAIGHT_AT) | (abs(along) < SQUARE), gone, along)
     way = ops.where(leading < 0.0, -1.0, ops.full(x, 1.0))
-    cx, cy = ops.where(bent, -ny * way, cx), ops.where(bent, nx * way, cy)
+    off = ops.clip(1.0 - least / max(params.bank_m, BLUNT_M), 0.0, 1.0)  # nearer than it should be: off it, too
+    long = 1.0 / ops.sqrt(1.0 + off * off)
+    cx = ops.where(bent, (-ny * way - off * nx) * long, cx)
+    cy = ops.where(bent, (nx * way - off * ny) * long, cy)
     free = ops.full(x, 1.0)
     if len(edges) > 1 and ops.some(bent):
         ahead = params.bank_m + params.bank_s * u + u / r_max
@@ -92,7 +95,7 @@ def ashore(x0: R, y0: R, x1: R, y1: R, edges: Sequence[Edge], near: float) -> R:
 
 
 def offing(x0: R, y0: R, x1: R, y1: R, edges: Sequence[Edge], near: float) -> R:
-    """How near the leg from (x0, y0) to (x1, y1) comes to an edge, 0 where it crosses one; only if that is `near` [m]."""
+    """How near the leg from (x0, y0) to (x1, y1) comes to an edge, 0 where it crosses one; only if it is `near` [m]."""
     least = ops.full(x0, FAR_M)
     for ax, ay, bx, by in edges:
         long = ops.hypot(bx - ax, by - ay)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from msgspec import Struct, structs
 
-from fleet.avoidance.foreign.decision import MOST_AT_ONCE, Scene, begin, chosen, go_on
+from fleet.avoidance.foreign.decision import MOST_AT_ONCE, Scene, begin, chosen, go_on, round_off
 from fleet.avoidance.foreign.encounter import due, earliest, reason, role, watched
 from fleet.avoidance.foreign.memory import Memory
 from fleet.avoidance.foreign.params import ForeignParams
@@ -109,7 +109,8 @@ def _alongside(picture: Picture, memory: Memory, params: ForeignParams) -> Memor
 
 def _go_on_beside(boats: Sequence[Boat], picture: Picture, memory: Memory, params: ForeignParams, now: float) -> Memory:
     """Far enough to the side: pass on the course of the path instead of leaving it ever farther."""
-    return _ordered(boats, beside_path(picture.own), memory, memory.target, Reason.BESIDE, params, now)
+    action = round_off(beside_path(picture.own), boats[0], picture.edges, params)
+    return _ordered(boats, action, memory, memory.target, Reason.BESIDE, params, now)
 
 
 def latch(memory: Memory, new: Sequence[Encounter]) -> Memory:

@@ -30,7 +30,7 @@ SET_OUT, STEP, FREE_STEP, BANKED_STEP, EDGE, CORNER = 7.0, 1.2, 0.1, 1.5, 0.6, 3
 WAYS = 800  # and as much again for each so many of them
 PRICE, LEG = 30.0, 3.6e-3  # of a price: calls, and each leg to each guess of a vessel
 MOST_AT_ONCE = 2  # more boats than that: the outermost first
-ABOUT_RAD = 2.0  # larger turns beside a bank go round off it, even where that is the longer way
+ABOUT_RAD = 2.0  # larger turns beside a bank go round off it
 FASTER = 1.05  # an emergency speed that is not this much faster is none
 _DEG = ops.PI / 180.0
 _LARGEST_TURN = 200.0
@@ -207,20 +207,26 @@ def _trials(scene: Scene, cause: Reason, params: ForeignParams) -> list[Trial]:
     """The candidates that are open; the path's course at full speed only for who has left it."""
     lead, own, held = scene.boats[0], scene.own, scene.held
     port_is_closed = _port_is_closed(own, scene.domains, scene.encounters)
-    circle = 2.0 * lead.limits.speed_max_mps / lead.limits.yaw_rate_max_radps
-    aside = off_shore(lead.x, lead.y, lead.chi, scene.edges, circle + params.bank_m)
     trials = []
     for c in candidates(lead.limits.speed_max_mps / ops.maximum(lead.cruise, 1e-6), params):
         if held.acting > 0.5 or c.a != 0.0 or c.factor != 1.0:
             s, k = ops.sincos(c.a)
             cx, cy = own.ex * k - own.ey * s, own.ex * s + own.ey * k
-            about = aside != 0.0 and c.sense == 0.0 and abs(left_to_turn(lead.chi, cx, cy, 0.0)) > ABOUT_RAD
-            action = Action(1.0, c.a, c.factor, cx, cy, aside if about else c.sense, 0.0)
+            action = round_off(Action(1.0, c.a, c.factor, cx, cy, c.sense, 0.0), lead, scene.edges, params)
             price = c.price + (params.port_turn if port_is_closed and c.a < 0.0 < c.factor else 0.0)
             if cause is Reason.REVIEW and (action.a != held.a or action.factor != held.factor):
                 price += params.review_gain
             trials.append(Trial(price + _change(action, held, params), action, c.detour))
     return trials
+
+
+def round_off(action: Action, boat: Afloat, edges: Sequence[Edge], params: ForeignParams) -> Action:
+    """The same, but a large turn beside a bank goes round off it, even where that is the longer way."""
+    if not edges or abs(left_to_turn(boat.chi, action.cx, action.cy, 0.0)) < ABOUT_RAD:
+        return action
+    circle = 2.0 * boat.limits.speed_max_mps / boat.limits.yaw_rate_max_radps
+    sense = off_shore(boat.x, boat.y, boat.chi, edges, circle + params.bank_m)
+    return structs.replace(action, sense=sense) if sense != 0.0 else action
 
 
 def _consequences(ways: Ways, scene: Scene, trials: Sequence[Trial], params: ForeignParams) -> list[float]:

@@ -36,9 +36,17 @@ def test_a_course_across_turns_within_its_turning_circle_and_the_margin() -> Non
 @pytest.mark.parametrize("course", [30.0, 89.0, 90.0, 91.0, 150.0])
 def test_a_boat_that_goes_along_the_bank_does_not_turn_through_it(course: float) -> None:
     cx, cy = math.cos(math.radians(course)), math.sin(math.radians(course))
-    back, on = (bend(0.0, 14.0, cx, cy, hx, 0.0, 1.0, 0.35, (BANK,), P) for hx in (-1.0, 1.0))
+    back, on = (bend(0.0, 12.9, cx, cy, hx, 0.0, 1.0, 0.35, (BANK,), P) for hx in (-1.0, 1.0))
     assert (back.bent, back.cx, back.cy) == (1.0, -1.0, 0.0)
     assert (on.bent, on.cx, on.cy) == (1.0, 1.0, 0.0)
+
+
+def test_nearer_than_two_metres_parallel_is_off_the_edge() -> None:
+    near, ashore_almost = (
+        bend(0.0, y, 0.1, math.sqrt(0.99), 1.0, 0.0, 1.0, 0.35, (BANK,), P) for y in (14.0, 14.9999999)
+    )
+    assert math.atan2(near.cy, near.cx) == pytest.approx(-math.atan(0.5))
+    assert math.atan2(ashore_almost.cy, ashore_almost.cx) == pytest.approx(-math.pi / 4, abs=1e-6)
 
 
 @pytest.mark.parametrize(("course", "way"), [(88.0, 1.0), (92.0, -1.0)])

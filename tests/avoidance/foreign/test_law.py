@@ -21,6 +21,7 @@ from fleet.avoidance.foreign import (
     sail_order,
 )
 from fleet.avoidance.foreign.domain import domain
+from fleet.hulls import unicycle
 from fleet.paths import sine
 
 from .scenes import LIMITS, P, Sea, boat, meeting, target
@@ -107,6 +108,19 @@ def test_the_boat_does_not_go_ashore_to_keep_clear() -> None:
     assert sea.decisions
     assert east < 12.0 - 1.0
     assert sea.nearest >= 0.9
+
+
+def test_a_boat_that_goes_back_along_a_bank_turns_about_off_it() -> None:
+    bank = (-500.0, 15.0, 2000.0, 15.0)
+    held = structs.replace(START.sailed, acting=1.0, a=math.pi, cx=-1.0, cy=0.0)
+    sea = Sea([meeting(180.0, 0.5, 120.0)], edges=(bank,))
+    sea.hull = unicycle.start(0.0, 13.0, math.pi, 1.0)
+    sea.memory = structs.replace(START, ordered=held, sailed=held, decided_s=0.0, target=1.0)
+    east = 0.0
+    for _ in range(90):
+        sea.sail(1.0)
+        east = max(east, sea.hull.y)
+    assert east < 15.0 - 1.0
 
 
 def test_the_round_turn_by_starboard_goes_by_starboard() -> None:
