@@ -65,8 +65,11 @@ def best(case: ShipCase, voyage: Voyage, after_s: float) -> Best | None:
     ships = [np.stack([track[n][row:] for track in tracks], axis=1) for n in range(3)]
     xs, ys, psis = (np.stack([each[n] for each in rows]) for n in range(3))
     tried = Voyage(np.arange(len(rows)) * DT_S, xs, ys, psis, xs, *ships, (), True)
-    hulls = min(float("inf"), *(hull_distance(case, tried, k).min(axis=0).max() for k in range(len(case.ships))))
-    share = min(float("inf"), *(domain_share(case, tried, k).min(axis=0).max() for k in range(len(case.ships))))
+    every = range(len(case.ships))
+    hulls = min(float("inf"), *(hull_distance(case, tried, k).min(axis=0).max() for k in every))
+    share = min(float("inf"), *(domain_share(case, tried, k).min(axis=0).max() for k in every))
+    hulls = min(hulls, *(hull_distance(case, voyage, k)[: row + 1].min() for k in every))  # what it has done by then
+    share = min(share, *(domain_share(case, voyage, k)[: row + 1].min() for k in every))
     return Best(after_s, float(hulls), float(share))
 
 

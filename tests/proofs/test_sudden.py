@@ -49,3 +49,11 @@ def test_the_later_the_less_is_possible_and_nothing_when_all_is_over() -> None:
     assert now.hull_m > later.hull_m
     assert now.domain >= later.domain
     assert best(case, voyage, 60.0) is None
+
+
+def test_what_has_happened_by_then_is_not_undone_by_a_manoeuvre_after_it() -> None:
+    case, voyage = met(45.0, 60.0)
+    late = best(case, voyage, 35.0)
+    assert late is not None
+    assert late.hull_m <= 0.0
+    assert late.domain < 1.0

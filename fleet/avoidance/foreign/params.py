@@ -90,7 +90,7 @@ class ForeignParams(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     # banks
     bank_m: NotNegative = 2.0
     bank_s: NotNegative = 0.6
-    ashore_m: NotNegative = 1.0  # nearer to an edge than this counts as aground
+    ashore_m: NotNegative = 1.5  # nearer to an edge than this counts as aground
 
     # roll-outs and steering
     fine_s: Positive = 0.5
