@@ -6,8 +6,10 @@ from collections.abc import Sequence
 
 from msgspec import Struct, structs
 
+from fleet import ops
 from fleet.avoidance.foreign.decision import MOST_AT_ONCE, Scene, begin, chosen, go_on, round_off
-from fleet.avoidance.foreign.encounter import due, earliest, reason, role, watched
+from fleet.avoidance.foreign.domain import Domain
+from fleet.avoidance.foreign.encounter import Bearing, due, earliest, reason, role, watched
 from fleet.avoidance.foreign.memory import Memory
 from fleet.avoidance.foreign.params import ForeignParams
 from fleet.avoidance.foreign.types import (
@@ -24,6 +26,8 @@ from fleet.avoidance.foreign.types import (
 from fleet.avoidance.foreign.watch import Picture, beside_path, foreseen
 
 TICK_S = 1.0e-9
+HELD_LONG = 2.5  # reviews after which a held action is at a disadvantage: it leads nowhere, as beside a vessel as fast
+SOON_PAST = 1.5  # times the boat's speed
 
 
 def decide(
@@ -99,12 +103,19 @@ def _fails(picture: Picture, memory: Memory, new: Sequence[Encounter], now: floa
 def _alongside(picture: Picture, memory: Memory, params: ForeignParams) -> Memory:
     """Count how long the course of the path has been clear beside the path, while the path itself is not.
 
-    Not for vessels as fast as the boat: they are soon past, and until then the room to the side is worth having.
+    Not for vessels that go by at 1.5 times the boat's speed: until they are past the room to the side is worth having.
     """
-    fast = {d.number for d in picture.domains if picture.own.cruise <= d.U}
+    own = picture.own
+    fast = {d.number for d in picture.domains if _passing(own, d) >= SOON_PAST * own.cruise}
     soon_past = any(e.acting > 0.5 and e.entry < NEVER_S and e.number in fast for e in memory.encounters)
     counts = memory.ordered.a != 0.0 and memory.ordered.at <= memory.due_s and picture.beside and not soon_past
     return structs.replace(memory, beside_s=memory.beside_s + params.period_s if counts else 0.0)
+
+
+def _passing(own: Bearing, d: Domain) -> float:
+    """Speed of a vessel relative to the boat on its path [m/s]."""
+    g = d.guesses[0]
+    return ops.hypot(own.cruise * own.ex - g.vx, own.cruise * own.ey - g.vy)
 
 
 def _go_on_beside(boats: Sequence[Boat], picture: Picture, memory: Memory, params: ForeignParams, now: float) -> Memory:
@@ -138,6 +149,8 @@ def act(
     scene = Scene(
         afloat, picture.own, picture.domains, memory.encounters, tuple(mates), picture.edges, memory.ordered, ahead
     )
+    if now - memory.ordered.at >= HELD_LONG * params.review_s:
+        params = structs.replace(params, review_gain=-params.review_gain)
     memory = structs.replace(memory, search=begin(scene, target, cause, params))
     return memory if len(boats) > MOST_AT_ONCE else search_on(memory, params, now)
 

@@ -73,7 +73,7 @@ CHECKS: dict[str, Check] = {
         "side_right", None, False, "share", "scenarios in which vessels head-on and from starboard were left to port",
         1.0, ONLY,
     ),
-    "bank_least_m": Check("bank_least_m", None, False, "m", "least distance to a shore, of all scenarios", foreign=ONLY),
+    "bank_least_m": Check("bank_least_m", None, False, "m", "least distance to a shore, any scenario", foreign=ONLY),
     "in_time_min": Check("in_time", None, False, "share", "first actions in time for their role", 1.0, ONLY),
     "substantial_min": Check("substantial", None, False, "share", "first actions that can be seen", 1.0, ONLY),
     "rule_right_min": Check("rule_right", None, False, "share", "scenarios in which the rules were obeyed", 1.0, ONLY),

@@ -219,6 +219,21 @@ def test_what_is_resumed_is_clear_by_a_quarter_more_than_what_is_given_up() -> N
     assert keep_clear((boat(),), (t,), (), (), acting, P, 10.0)[1].entry < 30.0
 
 
+def test_beside_a_vessel_as_fast_on_nearly_its_course_a_boat_goes_on_in_parallel() -> None:
+    sea = Sea([target(-10.0, -30.0, 10.0, 1.0)]).sail(240.0)
+    assert Reason.BESIDE in [one.reason for one in sea.decisions]
+    assert sea.nearest >= 1.0
+
+
+def test_no_boat_sails_for_ever_beside_a_vessel_as_fast_on_the_course_that_it_holds() -> None:
+    sea = Sea([target(0.0, -30.0, 45.0, 1.0)])
+    held = structs.replace(START.sailed, acting=1.0, a=math.pi / 4.0, cx=math.sqrt(0.5), cy=math.sqrt(0.5))
+    sea.hull = unicycle.start(0.0, 0.0, math.pi / 4.0, 1.0)
+    sea.memory = structs.replace(START, ordered=held, sailed=held, decided_s=0.0, target=1.0)
+    sea.sail(260.0)
+    assert [one.reason for one in sea.decisions] == [Reason.REVIEW, Reason.CLEAR]
+
+
 def test_a_boat_off_its_path_looks_beyond_the_moment_when_it_is_back() -> None:
     """60 m beside its path it is back after 69 s, and then 45 m before a lying vessel."""
     _, advice = keep_clear((boat(y=60.0),), (target(90.0, 0.0, length=5.0),), (), (), START, P, 0.0)
