@@ -16,7 +16,7 @@ from fleet.analysis.separation import Approach, approaches
 from fleet.analysis.series import KEEPS_FORMATION, Said, Series, Track, load
 from fleet.analysis.traffic import passings
 from fleet.mission.checks import SET_POINTS, CheckResult, evaluate
-from fleet.recording.topics import Status
+from fleet.recording.topics import UNSAID, Status
 
 FORMED_M = 1.0  # along-path error of a boat that is in formation
 RUN_UP_S = 20.0  # at most so long a start from rest is left out of speeds and cross-track errors
@@ -147,7 +147,10 @@ def summary_of(series: Series, mission: str, checks: Mapping[str, float], wall_s
     more = {
         "ticks_late_share": figures["ticks_late"] / figures["ticks"] if figures["ticks"] else None,
         "finished": float(finished(series.said, series.end_s)),
+        "unsaid": float(sum(one.kind == UNSAID for one in series.events)),
     }
+    if more["unsaid"]:
+        checks = {"unsaid": 0.0, **checks}
     known = {name: float(value) for name, value in {**figures, **more}.items() if value is not None}
     between = series.header.get("driver", "simulated") != "simulated"  # something that has loops of its own
     results = list(evaluate(checks, known, SET_POINTS if between else None))

@@ -41,6 +41,7 @@ def answers(outcome: Outcome) -> str:
     parts = [f"{', '.join(outcome.acknowledged)} acknowledged"] if outcome.acknowledged else []
     parts += [f"{boat} refused: {reason}" for boat, reason in outcome.refused.items()]
     parts += [f"{', '.join(outcome.silent)} not answered"] if outcome.silent else []
+    parts += [outcome.note] if outcome.note and not outcome.acks else []
     return "; ".join(parts)
 
 

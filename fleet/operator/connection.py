@@ -259,10 +259,18 @@ class Connection:
         news = {ack.new for ack in acks.values() if ack is not None and ack.new}
         return Outcome(kind, command.id, acks, " | ".join(sorted(olds)), " | ".join(sorted(news)))
 
-    def _held_by_anybody(self) -> Change | None:
-        """The newest mission and formation that any boat holds."""
+    def _held(self, what: str, patient: bool) -> dict[str, bytes]:
+        """What boats hold, of those that answer within a second; patiently, if none does, within the time to wait."""
+        soon = self._bus.ask_all(what, b"", min(1.0, self.timeout_s))
+        return soon if soon or not patient else self._bus.ask_all(what, b"", self.timeout_s)
+
+    def _held_by_anybody(self, patient: bool = False) -> Change | None:
+        """The newest mission and formation that any boat holds; patiently, NobodyReachable when none there answers."""
+        held_by = self._held(keys.MISSION, patient)
+        if patient and not held_by and (there := sorted(self._bus.alive())):
+            raise NobodyReachable(f"{', '.join(there)}: no answer within {self.timeout_s:g} s; try a longer --timeout")
         missions: dict[str, MissionOrder] = {}
-        for answer in self._bus.ask_all(keys.MISSION, b"", min(1.0, self.timeout_s)).values():
+        for answer in held_by.values():
             try:
                 held = decode(answer, Held)
                 if held.order is not None:
@@ -283,7 +291,7 @@ class Connection:
             Revision(),
             shape_of(mission),
         )
-        for answer in self._bus.ask_all(keys.FORMATION, b"", min(1.0, self.timeout_s)).values():
+        for answer in self._held(keys.FORMATION, patient).values():
             try:
                 held = decode(answer, Held)
                 if self.trust is not None and held.order is not None:

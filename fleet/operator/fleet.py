@@ -45,8 +45,8 @@ class Fleet(Connection):
         return (order.mission_id, decode_mission(order.mission)) if order is not None else None
 
     def formation(self) -> Change:
-        """The formation that the boats hold; FleetError when they hold none."""
-        held = self._held_by_anybody()
+        """The formation that the boats hold; FleetError when they hold none, or none answers."""
+        held = self._held_by_anybody(patient=True)
         if held is None:
             if not self._bus.alive():
                 raise NobodyReachable(f"no boat of fleet {self.fleet!r} is in reach at {', '.join(self._connect)}")

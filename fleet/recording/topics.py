@@ -82,6 +82,10 @@ class Status(Struct, frozen=True, kw_only=True):
     recording: Annotated[str, Meta(description="why the recording stopped; empty: it has not")] = ""
 
 
+UNSAID = "operator"
+"""Kind of an event: a word of the timeline that the operator could not say, and why."""
+
+
 class Event(Struct, frozen=True, kw_only=True):
     """`/event`: something worth a line in the log."""
 

@@ -25,6 +25,7 @@ from fleet.mission.timeline import ACTIONS
 from fleet.operator import Fleet, Outcome
 from fleet.recording.runs import new_run
 from fleet.recording.seam import NullRecorder, Recording
+from fleet.recording.topics import UNSAID
 from fleet.sim.lockstep_water import LockstepShore, MemoryStore, Mooring, Tap, Tide, WorldDriver
 from fleet.sim.record import RunRecorder
 from fleet.sim.share import (
@@ -258,9 +259,10 @@ class Lockstep:
 
 
 @contextmanager
-def operator(sim: Lockstep) -> Iterator[Fleet]:
+def operator(sim: Lockstep, timeout_s: float = 3.0) -> Iterator[Fleet]:
     """The operator of a simulation: the library that operators use, with the simulation's bus and time."""
-    fleet = Fleet(FLEET, connect=(), operator=OPERATOR, bus=sim.shore, clock=sim, new_id=lambda: next(sim.ids))
+    new_id = sim.ids.__next__
+    fleet = Fleet(FLEET, connect=(), operator=OPERATOR, timeout_s=timeout_s, bus=sim.shore, clock=sim, new_id=new_id)
     with fleet:
         yield fleet
 
@@ -330,7 +332,7 @@ class LockstepSailing:
         """Sail to the end; FleetError when it could not be begun."""
         sim = self.sim
         try:
-            with operator(sim) as fleet:
+            with operator(sim, 3.0 + 2.0 * self._mission.radio.delay_s) as fleet:
                 self._progress = Progress(self._plan, fleet, self.run, (), duration_s=self._mission.duration_s)
                 self._launch(fleet)
                 with seldom_collected():
@@ -367,7 +369,9 @@ class LockstepSailing:
             try:
                 self._told(say(event, fleet, self.sim.nature.apply_in_s))
             except FleetError as error:
-                self._recorder.happened(now_ns, "operator", f"{event.do}: {error}")
+                self._recorder.happened(now_ns, UNSAID, f"{event.do}: {error}")
+                if self._progress is not None:
+                    self._progress.outcomes.append(Outcome(event.do, "", {}, note=f"not said: {error}"))
             return
         for boat in event.boats or tuple(self.sim.stations):
             self.sim.do(event.do, boat, event.number)

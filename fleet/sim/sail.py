@@ -18,6 +18,7 @@ from fleet.mission.plan import build
 from fleet.mission.timeline import ACTIONS
 from fleet.operator import Fleet, Outcome
 from fleet.recording.runs import new_run
+from fleet.recording.topics import UNSAID
 from fleet.sim import passes
 from fleet.sim.device import must_have
 from fleet.sim.processes import Processes
@@ -97,7 +98,11 @@ class Sailing:
             self._start()
             mine = self.credentials / OPERATOR if self.credentials is not None else ""
             with Fleet(
-                FLEET, connect=self.processes.connect, operator=OPERATOR, timeout_s=max(ROOM_S, 1.0), credentials=mine
+                FLEET,
+                connect=self.processes.connect,
+                operator=OPERATOR,
+                timeout_s=ROOM_S + 2.0 * self._mission.radio.delay_s,
+                credentials=mine,
             ) as fleet:
                 self._progress = Progress(
                     self._plan, fleet, self.run, self.processes.connect, duration_s=self._mission.duration_s
@@ -175,7 +180,9 @@ class Sailing:
             try:
                 self._told(say(event, fleet, apply_in_s(self._options.warp)))
             except FleetError as error:
-                self._recorder.happened(self._clock.now_ns(), "operator", f"{event.do}: {error}")
+                self._recorder.happened(self._clock.now_ns(), UNSAID, f"{event.do}: {error}")
+                if self._progress is not None:
+                    self._progress.outcomes.append(Outcome(event.do, "", {}, note=f"not said: {error}"))
             return
         for boat in boats:
             self._break(event, boat)

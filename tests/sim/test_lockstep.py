@@ -64,6 +64,25 @@ def test_two_runs_leave_the_same_bytes(tmp_path: Path) -> None:
         assert (runs[0].folder / name).read_bytes() == (runs[1].folder / name).read_bytes()
 
 
+def test_an_operator_two_seconds_away_still_changes_the_formation(tmp_path: Path) -> None:
+    mission = column(Event(at_s=5.0, do="set spacing", value=12.0), radio=Radio(delay_s=2.0))
+    series = load_series(run(mission, tmp_path).folder)
+    changes = [one for one in series.commands if one.command == "set spacing"]
+    assert [one.new for one in changes] == ["12 m"]
+    assert set(changes[0].acks.values()) == {"acknowledged"}
+
+
+def test_a_word_of_the_timeline_that_nobody_could_be_told_fails_the_run(tmp_path: Path) -> None:
+    cut = [Event(at_s=4.0, do="radio-down", boats=("b1", "b2", "b3"))]
+    mission = column(*cut, Event(at_s=8.0, do="set spacing", value=12.0), checks={"collisions": 0.0})
+    summary = summarise(run(mission, tmp_path).folder)
+    assert [(one.name, one.ok, one.value) for one in summary.checks] == [
+        ("unsaid", False, 1.0),
+        ("collisions", True, 0.0),
+    ]
+    assert not summary.passed
+
+
 def test_a_run_without_a_recording_decides_the_same(tmp_path: Path) -> None:
     mission = column(Event(at_s=5.0, do="set spacing", value=12.0))
     assert run(mission, tmp_path).digest == run(mission, tmp_path, record=False).digest
