@@ -51,9 +51,7 @@ CHECKS: dict[str, Check] = {
     "cross_track_rms_m": Check("at most", "m", "root mean square distance from the path, the worst boat"),
     "messages_lost": Check("at most", "", "messages that a boat sent and another never saw"),
     "ticks_late_share": Check("at most", "", "share of the control ticks that came late or were skipped", highest=1.0),
-    "unsaid": Check(
-        "at most", "", "words of the timeline that could not be said; 0 where not asked"
-    ),
+    "unsaid": Check("at most", "", "words of the timeline that could not be said; 0 where not asked"),
     "finished": Check("exactly", "", "1: at the end every boat follows or holds, as the mission wants", highest=1.0),
 }
 """Every limit is a number of at least 0."""
