@@ -24,7 +24,6 @@ ALONE, LEADS, FOLLOWS = 0.0, 1.0, 2.0
 STANDING_MPS = 0.05  # a boat that keeps its station goes this fast, for the law
 ACTS_FOR_S = 30.0  # an alteration lasts longer than that as a rule; then the course goes back to the path
 BACK_M = 1.0  # so near to its path a boat is back on it
-ALIKE = 0.5  # share of the faster of two planned speeds by which plans may differ
 DRIFTS_MPS = 0.05  # slower boats have no course
 
 
@@ -107,15 +106,10 @@ def _returns(before: Watch | None, memory: Memory, part: float, boat: Boat) -> b
     return (before.memory.sailed.acting > 0.5 or before.returns > 0.5) and abs(aside) > BACK_M
 
 
-def together(own: Any, peers: Sequence[Peer[Any]], abroad: Abroad, watched: Watch | None) -> Sequence[Peer[Any]]:
+def together(peers: Sequence[Peer[Any]], abroad: Abroad, watched: Watch | None) -> Sequence[Peer[Any]]:
     """The peers, those marked that turn when the own boat does: one decision for all, or its end.
 
-    While it is sailed their plan is the own one, whatever they said last: all have the same order. On the way back, and
-    where banks turn boats one by one, only those go together whose plans are alike: on a path that bent meanwhile boats
-    abreast have to pass each other to get back to their lanes.
-
-    Args:
-        own: the own boat with its plan, an `Own`
+    While it is sailed their plan is the own one, whatever they said last: all have the same order.
     """
     if watched is None or abroad.part == ALONE or watched.memory.alone > 0.5:
         return peers
@@ -123,15 +117,9 @@ def together(own: Any, peers: Sequence[Peer[Any]], abroad: Abroad, watched: Watc
     if advice.acting < 0.5 and watched.returns < 0.5:
         return peers
     if advice.acting < 0.5 or advice.banked > 0.5:
-        return [structs.replace(p, together=1.0) if p.number in abroad.party and _alike(own, p) else p for p in peers]
+        return [structs.replace(p, together=1.0) if p.number in abroad.party else p for p in peers]
     order = {"gx": advice.cx, "gy": advice.cy, "tx": advice.cx, "ty": advice.cy, "u_d": advice.u_d}
     return [structs.replace(p, together=1.0, **order) if p.number in abroad.party else p for p in peers]
-
-
-def _alike(own: Any, peer: Peer[Any]) -> bool:
-    """Whether both want to go about the same way, at about the same speed."""
-    off = ops.hypot(own.u_d * own.gx - peer.u_d * peer.gx, own.u_d * own.gy - peer.u_d * peer.gy)
-    return bool(off <= ALIKE * max(own.u_d, peer.u_d))
 
 
 def own_boat(

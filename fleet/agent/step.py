@@ -224,7 +224,7 @@ def step(
     if abroad is not None:
         boat = own_boat(own, U, nav.r, s, order.cruise, hold, path, limits)
         foreign, plan = _abroad(abroad, state.foreign, plan, boat, peers, e, fault, params)
-        peers = together(plan.own, peers, abroad, foreign)
+        peers = together(peers, abroad, foreign)
     keep, advice = method.keep_clear(plan.own, peers, state.keep, limits, plan.keep, dt)
 
     idle = ops.settled(fault | (order.goal == NEUTRAL) | (order.goal == STANDBY), expected=False)

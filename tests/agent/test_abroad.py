@@ -9,7 +9,7 @@ from fleet.agent.abroad import ALONE, FOLLOWS, LEADS, Abroad, Sea, Watch, togeth
 from fleet.avoidance.foreign import FOLLOW_PATH, START, Action, Memory, Order, keep_clear
 from fleet.avoidance.types import Peer
 from tests.avoidance.foreign.scenes import P, boat
-from tests.avoidance.scenes import own_at, peer_at
+from tests.avoidance.scenes import peer_at
 
 SEA = Sea(P, ())
 EAST = Action(acting=1.0, a=1.5707963267948966, factor=0.5, cx=0.0, cy=1.0, sense=0.0, at=0.0)
@@ -27,7 +27,6 @@ def watched(memory: Memory, returns: float = 0.0) -> Watch:
     return Watch(*keep_clear((boat(),), (), (), (), memory, P, 0.0), returns)
 
 
-OWN = own_at()
 PEERS = [peer_at(number, 10.0 * number, 0.0, 0.0) for number in (1.0, 2.0, 3.0)]
 
 
@@ -37,7 +36,7 @@ def marked(found: object) -> list[float]:
 
 
 def test_while_a_decision_is_sailed_those_who_sail_it_are_on_its_course_whatever_they_said() -> None:
-    found = together(OWN, PEERS, abroad(LEADS), watched(SAILED))
+    found = together(PEERS, abroad(LEADS), watched(SAILED))
     assert marked(found) == [1.0, 2.0]
     assert [(p.gx, p.gy, p.tx, p.ty, p.u_d) for p in found[:2]] == [(0.0, 1.0, 0.0, 1.0, 0.5)] * 2
     assert [(p.vx, p.vy) for p in found] == [(p.vx, p.vy) for p in PEERS]  # the brake needs what is
@@ -45,27 +44,16 @@ def test_while_a_decision_is_sailed_those_who_sail_it_are_on_its_course_whatever
 
 
 def test_on_the_way_back_they_are_on_the_plans_that_they_tell() -> None:
-    found = together(OWN, PEERS, abroad(FOLLOWS), watched(START, returns=1.0))
+    found = together(PEERS, abroad(FOLLOWS), watched(START, returns=1.0))
     assert marked(found) == [1.0, 2.0]
     assert [structs.replace(p, together=0.0) for p in found] == PEERS
 
 
-def test_on_the_way_back_those_whose_plans_lead_elsewhere_are_met_as_others_are() -> None:
-    # at 1 m/s plans 29 deg apart differ by 0.5 m/s; a boat that wants to go at half our speed differs as much
-    across = [
-        peer_at(1.0, 10.0, 0.0, 0.0, gamma=0.49),
-        peer_at(2.0, 20.0, 0.0, 0.0, gamma=0.52),
-    ]
-    assert marked(together(OWN, across, abroad(FOLLOWS), watched(START, returns=1.0))) == [1.0]
-    slow = [peer_at(1.0, 10.0, 0.0, 0.0, u_d=0.55), peer_at(2.0, 20.0, 0.0, 0.0, u_d=0.45)]
-    assert marked(together(OWN, slow, abroad(LEADS), watched(START, returns=1.0))) == [1.0]
-
-
 def test_who_decides_alone_or_follows_its_path_turns_with_nobody() -> None:
-    assert marked(together(OWN, PEERS, abroad(ALONE), watched(SAILED))) == []
-    assert marked(together(OWN, PEERS, abroad(FOLLOWS), watched(structs.replace(SAILED, alone=1.0)))) == []
-    assert marked(together(OWN, PEERS, abroad(FOLLOWS), watched(START))) == []
-    assert marked(together(OWN, PEERS, abroad(FOLLOWS), None)) == []
+    assert marked(together(PEERS, abroad(ALONE), watched(SAILED))) == []
+    assert marked(together(PEERS, abroad(FOLLOWS), watched(structs.replace(SAILED, alone=1.0)))) == []
+    assert marked(together(PEERS, abroad(FOLLOWS), watched(START))) == []
+    assert marked(together(PEERS, abroad(FOLLOWS), None)) == []
 
 
 @pytest.mark.parametrize(("part", "returns"), [(FOLLOWS, 1.0), (ALONE, 0.0)])
