@@ -121,18 +121,20 @@ def _decide(
     follow = Choice(own.gx, own.gy, ops.full(own.x, 1.0), ops.zero(own.x))
     turned = ops.atan2(memory.cx * own.gy - memory.cy * own.gx, memory.cx * own.gx + memory.cy * own.gy)
 
-    def searched(own: Own[R], threats: tuple[Threat[R], ...], stance: Stance[R]) -> Choice[R]:
-        return search(own, threats, stance, u_min, params)
+    def stance(own: Own[R], threats: tuple[Threat[R], ...], held: tuple[R, R, R, R]) -> Stance[R]:
+        sin_chi, cos_chi = ops.sincos(own.chi)
+        near = swept(ops.hypot(own.vx, own.vy), threats, limits.yaw_rate_max_radps, params)
+        return Stance(*held, cos_chi, sin_chi, near)
 
-    def searched_beside(own: Own[R], threats: tuple[Threat[R], ...], stance: Stance[R]) -> Choice[R]:
-        return search(own, threats, stance, u_min, beside(params))
+    def searched(own: Own[R], threats: tuple[Threat[R], ...], held: tuple[R, R, R, R]) -> Choice[R]:
+        return search(own, threats, stance(own, threats, held), u_min, params)
+
+    def searched_beside(own: Own[R], threats: tuple[Threat[R], ...], held: tuple[R, R, R, R]) -> Choice[R]:
+        return search(own, threats, stance(own, threats, held), u_min, beside(params))
 
     yields = (yielding == 1.0) | (waiting == 1.0)
     blocked = (price >= params.free) | yields
-    sin_chi, cos_chi = ops.sincos(own.chi)
-    near = swept(ops.hypot(own.vx, own.vy), look.threats, limits.yaw_rate_max_radps, params)
-    stance = Stance(turned, memory.avoiding, yielding, waiting, cos_chi, sin_chi, near)
-    given = (own, look.threats, stance)
+    given = (own, look.threats, (turned, memory.avoiding, yielding, waiting))
     choice = ops.when(blocked & (look.beside == 0.0), searched, follow, *given)
     choice = ops.when(blocked & (look.beside == 1.0), searched_beside, choice, *given)
 
